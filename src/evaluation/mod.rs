@@ -1,0 +1,1 @@
+//! A reconstruction against the truth.

@@ -1,0 +1,1 @@
+//! The engine: keys, graph, schedule, events; knows nothing of roots.

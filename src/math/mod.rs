@@ -1,0 +1,1 @@
+//! Textbook numerics that no kept crate offers.

@@ -1,0 +1,1 @@
+//! 2-D pictures: load, undistort, colour, sampling.

@@ -1,0 +1,20 @@
+//! Roots as curves: centrelines with radii, their graph, their traits.
+
+use serde::{Deserialize, Serialize};
+
+/// One root: a polyline from its base to its tip with a radius at every point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Root {
+    /// Number of the root, unique in its system.
+    pub id: i64,
+    /// The root it springs from; -1 for none.
+    pub parent: i64,
+    /// Branching order: 0 for the taproot, 1 for its laterals and so on.
+    pub order: u32,
+    /// Centreline points in the tank frame, mm.
+    #[serde(rename = "points")]
+    pub points_mm: Vec<[f64; 3]>,
+    /// Radius at each point, mm.
+    #[serde(rename = "radii")]
+    pub radii_mm: Vec<f64>,
+}

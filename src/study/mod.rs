@@ -1,0 +1,1 @@
+//! Study file (TOML) to validated settings to the graph of nodes.

@@ -1,0 +1,83 @@
+//! The voxel grid: arrays are (z, y, x); voxel (k, j, i) sits at `origin + spacing * (i, j, k)`.  Paper 2.3.2.
+
+use crate::error::{Error, Result};
+use crate::optics::{Tank, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// A regular grid of cubic voxels in the tank frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Grid {
+    /// Centre (x, y, z) of voxel (0, 0, 0), mm.
+    pub origin_mm: [f64; 3],
+    /// Edge δ of a voxel, mm.
+    pub spacing_mm: f64,
+    /// Number of voxels (z, y, x).
+    pub shape: [usize; 3],
+}
+
+impl Grid {
+    /// The grid about the tank's axis that spans its inner diameter and goes from the rim's plane
+    /// (z = 0) down to `depth_mm` (exclusive): 171 x 171 x 180 for the paper's tank at 1 mm.
+    ///
+    /// # Errors
+    /// Where a length is not positive and finite, or the grid would hold over 2³² voxels.
+    pub fn of_tank(tank: &Tank, spacing_mm: f64, depth_mm: f64) -> Result<Self> {
+        for (name, value) in [("grid.spacing", spacing_mm), ("grid.depth", depth_mm)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::usage(format!("{name} is {value} mm")).help("give a positive length in mm"));
+            }
+        }
+        let half = (tank.inner_radius_mm() / spacing_mm + 1e-9).floor();
+        let depth = (depth_mm / spacing_mm + 1e-9).floor().max(1.0);
+        if (2.0 * half + 1.0).powi(2) * depth > f64::from(u32::MAX) {
+            return Err(Error::usage(format!(
+                "grid of {depth:.0} x {0:.0} x {0:.0} voxels is too fine",
+                2.0 * half + 1.0
+            ))
+            .help("raise grid.spacing; under 0.1 mm no photograph carries the detail"));
+        }
+        let across = 2 * half as usize + 1;
+        Ok(Self {
+            origin_mm: [-half * spacing_mm, -half * spacing_mm, 0.0],
+            spacing_mm,
+            shape: [depth as usize, across, across],
+        })
+    }
+
+    /// Centre of voxel (k, j, i) in the tank frame, mm; fractional indices lie between centres.
+    pub fn point_mm(&self, k: f64, j: f64, i: f64) -> Vec3 {
+        let [x, y, z] = self.origin_mm;
+        Vec3::new(x + self.spacing_mm * i, y + self.spacing_mm * j, z + self.spacing_mm * k)
+    }
+
+    /// Number of voxels.
+    pub fn len(&self) -> usize {
+        self.shape.iter().product()
+    }
+
+    /// Whether the grid holds no voxel.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::Index;
+
+    #[test]
+    fn the_papers_grid() {
+        let tank = Tank {
+            radius_mm: 90.0,
+            height_mm: 246.6,
+            wall_mm: 5.0,
+            water_level_mm: 12.0,
+            index: Index::default(),
+            belts_mm: vec![],
+        };
+        let grid = Grid::of_tank(&tank, 1.0, 180.0).unwrap();
+        assert_eq!(grid.shape, [180, 171, 171]);
+        assert_eq!(grid.point_mm(0.0, 85.0, 85.0), Vec3::zeros());
+    }
+}
