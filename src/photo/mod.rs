@@ -1,1 +1,10 @@
-//! 2-D pictures: load, undistort, colour, sampling.
+//! 2-D pictures: decoding, undistortion, sampling.
+
+pub mod decode;
+pub mod undistort;
+
+pub use decode::decode;
+pub use undistort::undistort;
+
+/// A photograph: (y, x, rgb), 8 bits as encoded (sRGB).
+pub type Picture = ndarray::Array3<u8>;
