@@ -1,1 +1,3 @@
 //! Study file (TOML) to validated settings to the graph of nodes.
+
+pub mod document;
