@@ -64,7 +64,7 @@ impl Sym3 {
         }
         // The cross product's length is the product of the gaps to the other eigenvalues: below 1e-5
         // of the scale the closed form's error in λ1 would tilt the vector visibly.
-        if length2 <= 1e-10 * norms * norms || !(length2 > 1e-280) {
+        if length2 <= (1e-10 * norms * norms).max(1e-280) {
             return self.jacobi().1[0];
         }
         let s = length2.sqrt().recip();

@@ -81,7 +81,7 @@ impl Links {
     /// Where `low` exceeds `high` or either is not a number.
     pub fn pieces(&self, ridges: &Ridges, thresholds: &Hysteresis) -> Result<Pieces> {
         let Hysteresis { low, high } = *thresholds;
-        if !(low <= high) {
+        if low > high || low.is_nan() || high.is_nan() {
             return Err(Error::usage(format!("extract.low ({low}) is not at most extract.high ({high})"))
                 .help("voxels above `high` start a root, voxels above `low` continue it"));
         }

@@ -11,6 +11,7 @@ pub mod hessian;
 pub mod hysteresis;
 pub mod merge;
 pub mod orientation;
+pub mod pyramid;
 pub mod ridges;
 pub mod rootness;
 pub mod sato;

@@ -78,14 +78,13 @@ pub fn suppress(
             for j in 0..ny {
                 for i in 0..nx {
                     let value = slab.rootness[[k, j, i]];
-                    // Not `<=`: NaN must pass by too.
-                    if !(value > 0.0) {
+                    if value.is_nan() || value <= 0.0 {
                         continue;
                     }
                     let tangent = unit([0, 1, 2].map(|c| f32::from(slab.tangent[[k, j, i, c]])));
                     let around = Around::new(slab.rootness.view(), [k, j, i]);
                     let stays = match params.tangent {
-                        Tangent::Directions13 => masks[nearest(tangent)].iter().all(|&d| !(around.at(d) > value)),
+                        Tangent::Directions13 => masks[nearest(tangent)].iter().all(|&d| around.known(d) <= value),
                         Tangent::Continuous => around.is_crest(tangent),
                     };
                     if stays {
