@@ -1,5 +1,6 @@
-//! 2-D pictures: decoding, undistortion, sampling.
+//! 2-D pictures: decoding, undistortion, colour, sampling.
 
+pub mod colour;
 pub mod decode;
 pub mod undistort;
 
