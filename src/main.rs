@@ -1,3 +1,3 @@
-//! Parses the command line, dispatches, and turns errors into exit codes.
+//! The program.
 
 fn main() {}

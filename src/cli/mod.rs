@@ -1,1 +1,3 @@
-//! One file per subcommand.
+//! The command line: one file per subcommand.
+
+pub mod complaint;

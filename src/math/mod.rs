@@ -1,1 +1,3 @@
 //! Textbook numerics that no kept crate offers.
+
+pub mod eigen3;

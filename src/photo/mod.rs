@@ -1,1 +1,3 @@
 //! 2-D pictures: load, undistort, colour, sampling.
+
+pub mod colour;

@@ -1,0 +1,126 @@
+//! `cameras.json`: one lens and, per photograph, the pose `x_cam = R x_tank + t`.
+//!
+//! The camera looks along +z, x right, y down; the centre of the top-left pixel is (0, 0); distortion
+//! k1, k2, p1, p2, k3 as OpenCV's; t in mm; R is written row by row.
+
+use super::json;
+use crate::error::{Error, Result};
+use crate::optics::{Lens, Mat3, Vec3, View};
+use serde::{Deserialize, Serialize};
+
+/// A view with the name of its photograph.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NamedView {
+    /// Path of the photograph as the camera file gives it.
+    pub file: String,
+    /// Lens and pose.
+    pub view: View,
+}
+
+#[derive(Serialize, Deserialize)]
+struct File {
+    #[serde(default)]
+    convention: String,
+    intrinsics: Lens,
+    views: Vec<Pose>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Pose {
+    file: String,
+    #[serde(rename = "R")]
+    r: [[f64; 3]; 3],
+    t: [f64; 3],
+}
+
+const CONVENTION: &str = "x_cam = R x_tank + t; camera looks along +z, x right, y down; the centre of the \
+                          top-left pixel is (0, 0); OpenCV distortion k1 k2 p1 p2 k3";
+
+/// Reads the content of a `cameras.json`; rotations are made orthonormal to the last digit.
+///
+/// # Errors
+/// Names file, view and number: another form, no view, a number that is not finite, an R that is no
+/// rotation, one photograph named twice.
+pub fn parse(name: &str, text: &str) -> Result<Vec<NamedView>> {
+    let f: File = json::parse(name, text)?;
+    if f.views.is_empty() {
+        return Err(Error::failed(format!("`{name}` holds no view")).help("`views` lists one pose per photograph"));
+    }
+    let mut views: Vec<NamedView> = Vec::with_capacity(f.views.len());
+    let mut faults = Vec::new();
+    for pose in f.views {
+        let rotation = Mat3::from_fn(|i, j| pose.r[i][j]);
+        let view = View { lens: f.intrinsics, rotation, translation_mm: Vec3::from(pose.t) };
+        if let Err(e) = view.check() {
+            faults.push(e.at(format!("`{name}`, view `{}`", pose.file)));
+            continue;
+        }
+        if views.iter().any(|v| v.file == pose.file) {
+            faults.push(Error::failed(format!("`{name}` names the photograph `{}` twice", pose.file)));
+            continue;
+        }
+        let svd = rotation.svd(true, true);
+        let rotation = match (svd.u, svd.v_t) {
+            (Some(u), Some(v_t)) => u * v_t,
+            _ => rotation,
+        };
+        views.push(NamedView { file: pose.file, view: View { rotation, ..view } });
+    }
+    Error::many(faults)?;
+    Ok(views)
+}
+
+/// The content of a `cameras.json`.
+///
+/// # Errors
+/// Where the views do not share one lens, or there are none.
+pub fn write(views: &[NamedView]) -> Result<String> {
+    let Some(first) = views.first() else {
+        return Err(Error::failed("cameras.json: no view to write"));
+    };
+    if let Some(v) = views.iter().find(|v| v.view.lens != first.view.lens) {
+        return Err(Error::failed(format!(
+            "cameras.json holds one lens, but `{}` has another than `{}`",
+            v.file, first.file
+        )));
+    }
+    let file = File {
+        convention: CONVENTION.to_owned(),
+        intrinsics: first.view.lens,
+        views: views
+            .iter()
+            .map(|v| Pose {
+                file: v.file.clone(),
+                r: std::array::from_fn(|i| std::array::from_fn(|j| v.view.rotation[(i, j)])),
+                t: v.view.translation_mm.into(),
+            })
+            .collect(),
+    };
+    serde_json::to_string_pretty(&file).map_err(|e| Error::failed(format!("cameras.json: {e}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(r00: &str) -> String {
+        format!(
+            r#"{{"intrinsics": {{"width": 8, "height": 6, "f": 9.0, "cx": 3.5, "cy": 2.5, "k1": 0, "k2": 0, "p1": 0, "p2": 0, "k3": 0}},
+            "views": [{{"file": "a.jpg", "R": [[{r00}, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [0, 0, 400]}}]}}"#
+        )
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let views = parse("c.json", &text("1")).unwrap();
+        assert_eq!(parse("c.json", &write(&views).unwrap()).unwrap(), views);
+    }
+
+    #[test]
+    fn faults_name_file_and_view() {
+        let e = parse("c.json", &text("2")).unwrap_err();
+        assert!(e.message.contains("c.json") && e.message.contains("a.jpg") && e.message.contains("rotation"), "{e}");
+        assert!(parse("c.json", &text("NaN")).is_err());
+        assert!(parse("c.json", &text("1e999")).is_err());
+    }
+}

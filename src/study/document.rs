@@ -1,0 +1,229 @@
+//! A TOML study file, read section by section so that every fault is found and shown at its place.
+//!
+//! `--set a.b=value` lines are laid over the file before it is read; a value that is not TOML is taken
+//! as a string, so that `--set photos.dir=../plant-7` needs no quotes.
+
+use crate::error::{Error, Excerpt, Result};
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+/// The texts a study is read from: the file and the overrides.
+pub struct Sources {
+    name: String,
+    /// The file's text, then one line per override.
+    text: String,
+    file_len: usize,
+    /// Each override as a TOML line, padded so that its spans are those of the line in `text`.
+    lines: Vec<String>,
+}
+
+impl Sources {
+    /// The file `name` with its text, and overrides of the form `a.b=value`.
+    ///
+    /// # Errors
+    /// Where an override is not of that form.
+    pub fn new(name: &str, text: &str, overrides: &[String]) -> Result<Self> {
+        let mut sources =
+            Self { name: name.to_owned(), text: text.to_owned(), file_len: text.len(), lines: Vec::new() };
+        for setting in overrides {
+            sources.add(setting)?;
+        }
+        Ok(sources)
+    }
+
+    fn add(&mut self, setting: &str) -> Result<()> {
+        let bad = |why: &str| {
+            Error::usage(format!("--set {setting}: {why}"))
+                .help("write --set SECTION.KEY=VALUE, for example --set extract.high=0.03")
+        };
+        let (path, value) = setting.split_once('=').ok_or_else(|| bad("has no `=`"))?;
+        let (path, value) = (path.trim(), value.trim());
+        if path.split('.').count() < 2 || path.split('.').any(str::is_empty) {
+            return Err(bad("the key names no section"));
+        }
+        self.text.push('\n');
+        let pad = " ".repeat(self.text.len());
+        let mut line = format!("{pad}{path} = {value}");
+        if value.is_empty() || DeTable::parse(&line).is_err() {
+            line = format!("{pad}{path} = {}", toml::Value::String(value.to_owned()));
+            DeTable::parse(&line).map_err(|e| bad(e.message()))?;
+        }
+        self.text.push_str(line.trim_start());
+        self.lines.push(line);
+        Ok(())
+    }
+}
+
+/// The parsed study; sections are taken out of it one by one.
+pub struct Document<'t> {
+    sources: &'t Sources,
+    table: DeTable<'t>,
+    faults: Vec<Error>,
+}
+
+impl<'t> Document<'t> {
+    /// Parses the file and lays the overrides over it.
+    ///
+    /// # Errors
+    /// Every place where the text is not TOML.
+    pub fn parse(sources: &'t Sources) -> Result<Self> {
+        let (table, errors) = DeTable::parse_recoverable(&sources.text[..sources.file_len]);
+        let mut document = Self { sources, table: table.into_inner(), faults: Vec::new() };
+        Error::many(errors.iter().map(|e| document.fault(e.message(), e.span())).collect())?;
+        for line in &sources.lines {
+            let (laid, _) = DeTable::parse_recoverable(line);
+            merge(&mut document.table, laid.into_inner());
+        }
+        Ok(document)
+    }
+
+    /// Takes a section out and reads it as `T`; a missing section is an empty one. Faults are kept for
+    /// [`Self::finish`]: keys at fault are left out and the rest is read, the defaults standing in.
+    pub fn section<T: DeserializeOwned + Default>(&mut self, key: &str) -> T {
+        let Some((span, mut table)) = self.take_table(key) else { return T::default() };
+        loop {
+            let value = Spanned::new(span.clone(), DeValue::Table(table.clone()));
+            let e = match T::deserialize(ValueDeserializer::from(value)) {
+                Ok(section) => return section,
+                Err(e) => e,
+            };
+            self.faults.push(self.fault(&format!("[{key}] {}", e.message()), e.span()));
+            // Leave the key at fault out and look for the next fault.
+            let guilty = e.span().and_then(|at| {
+                let holds = |s: Range<usize>| s.start <= at.start && at.end <= s.end;
+                table.iter().find(|(k, v)| holds(k.span()) || holds(v.span())).map(|(k, _)| k.clone())
+            });
+            match guilty {
+                Some(k) => drop(table.remove(&k)),
+                None => return T::default(),
+            }
+        }
+    }
+
+    /// Whether the file has that section.
+    pub fn has(&self, key: &str) -> bool {
+        self.table.iter().any(|(k, _)| k.get_ref().as_ref() == key)
+    }
+
+    /// Notes a fault of a value that parsed but makes no sense.
+    pub fn refuse(&mut self, error: Error) {
+        self.faults.push(error);
+    }
+
+    /// Refuses the sections that nobody took.
+    ///
+    /// # Errors
+    /// All faults found in the file, at once.
+    pub fn finish(mut self, known: &[&str]) -> Result<()> {
+        let left: Vec<_> = self.table.iter().map(|(k, _)| (k.get_ref().to_string(), k.span())).collect();
+        for (key, span) in left {
+            let fault =
+                self.fault(&format!("unknown section `{key}`, expected one of {}", known.join(", ")), Some(span));
+            self.faults.push(fault);
+        }
+        Error::many(self.faults)
+    }
+
+    fn take_table(&mut self, key: &str) -> Option<(Range<usize>, DeTable<'t>)> {
+        let found = self.table.iter().find(|(k, _)| k.get_ref().as_ref() == key).map(|(k, _)| k.clone())?;
+        let value = self.table.remove(&found)?;
+        let span = value.span();
+        match value.into_inner() {
+            DeValue::Table(table) => Some((span, table)),
+            other => {
+                let fault = self
+                    .fault(&format!("`{key}` is a section: expected a table, found {}", other.type_str()), Some(span));
+                self.faults.push(fault);
+                None
+            }
+        }
+    }
+
+    fn fault(&self, message: &str, span: Option<Range<usize>>) -> Error {
+        let Sources { name, text, file_len, .. } = self.sources;
+        let Some(span) = span else { return Error::usage(format!("`{name}`: {message}")) };
+        let before = &text[..span.start.min(text.len())];
+        if span.start >= *file_len && text.len() > *file_len {
+            let line = before.rfind('\n').map_or(0, |i| i + 1);
+            return Error::usage(format!("--set {}: {message}", text[line..].lines().next().unwrap_or_default()));
+        }
+        let line = before.matches('\n').count() + 1;
+        let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+        Error::usage(format!("`{name}` line {line}, column {column}: {message}")).excerpt(Excerpt {
+            file: name.clone(),
+            text: text[..*file_len].to_owned(),
+            start: span.start,
+            len: span.len().max(1),
+        })
+    }
+}
+
+fn merge<'t>(into: &mut DeTable<'t>, from: DeTable<'t>) {
+    for (key, value) in from {
+        let existing = into.iter().find(|(k, _)| k.get_ref() == key.get_ref()).map(|(k, _)| k.clone());
+        let old = existing.and_then(|k| into.remove(&k));
+        let span = value.span();
+        let merged = match (old.map(Spanned::into_inner), value.into_inner()) {
+            (Some(DeValue::Table(mut old)), DeValue::Table(new)) => {
+                merge(&mut old, new);
+                DeValue::Table(old)
+            }
+            (_, new) => new,
+        };
+        into.insert(key, Spanned::new(span, merged));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+
+    #[derive(Deserialize, Default, Debug, PartialEq)]
+    #[serde(deny_unknown_fields, default)]
+    struct Extract {
+        low: f64,
+        high: f64,
+    }
+
+    fn read(text: &str, set: &[&str]) -> (Extract, Result<()>) {
+        let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
+        let sources = match Sources::new("study.toml", text, &set) {
+            Ok(sources) => sources,
+            Err(e) => return (Extract::default(), Err(e)),
+        };
+        match Document::parse(&sources) {
+            Err(e) => (Extract::default(), Err(e)),
+            Ok(mut d) => (d.section("extract"), d.finish(&["extract"])),
+        }
+    }
+
+    #[test]
+    fn overrides_win_over_the_file() {
+        let (e, r) = read("[extract]\nlow = 0.1\nhigh = 0.2\n", &["extract.high=0.5"]);
+        r.unwrap();
+        assert_eq!(e, Extract { low: 0.1, high: 0.5 });
+    }
+
+    #[test]
+    fn several_faults_are_found_at_once_with_line_and_column() {
+        let (_, r) = read("[extract]\nlow = \"x\"\nhihg = 0.2\n\n[extrakt]\n", &[]);
+        let e = r.unwrap_err();
+        let all: Vec<&str> = std::iter::once(&e).chain(&e.others).map(|e| e.message.as_str()).collect();
+        assert_eq!(all.len(), 3, "{all:?}");
+        assert!(all.iter().any(|m| m.contains("line 2") && m.contains("column 7")), "{all:?}");
+        assert!(all.iter().any(|m| m.contains("line 3") && m.contains("hihg")), "{all:?}");
+        assert!(all.iter().any(|m| m.contains("extrakt")), "{all:?}");
+    }
+
+    #[test]
+    fn a_fault_in_an_override_names_the_override() {
+        let (_, r) = read("[extract]\nlow = 1.0\n", &["extract.high=wide"]);
+        let e = r.unwrap_err();
+        assert!(e.message.contains("--set extract.high"), "{e}");
+        assert!(read("", &["extract"]).1.is_err());
+        assert!(read("", &["high=2"]).1.is_err());
+    }
+}
