@@ -80,7 +80,7 @@ impl Tubes {
         if self.nodes.is_empty() {
             return None;
         }
-        let inverse = [1.0 / direction.x, 1.0 / direction.y, 1.0 / direction.z];
+        let slopes = [1.0 / direction.x, 1.0 / direction.y, 1.0 / direction.z];
         let mut best = limit_mm;
         let mut hit = None;
         let mut stack = [0u32; 64];
@@ -89,7 +89,7 @@ impl Tubes {
             top -= 1;
             let index = stack[top];
             let node = &self.nodes[index as usize];
-            if !meets(node, origin, &inverse, best) {
+            if !meets(node, origin, &slopes, best) {
                 continue;
             }
             if node.count > 0 {
@@ -114,11 +114,11 @@ impl Tubes {
 
 /// Slab test of a node's box against the ray up to `limit`.
 #[inline]
-fn meets(node: &Node, origin: &Vec3, inverse: &[f64; 3], limit: f64) -> bool {
+fn meets(node: &Node, origin: &Vec3, slopes: &[f64; 3], limit: f64) -> bool {
     let (mut enter, mut leave) = (0.0f64, limit);
     for k in 0..3 {
-        let a = (node.low[k] - origin[k]) * inverse[k];
-        let b = (node.high[k] - origin[k]) * inverse[k];
+        let a = (node.low[k] - origin[k]) * slopes[k];
+        let b = (node.high[k] - origin[k]) * slopes[k];
         enter = enter.max(a.min(b));
         leave = leave.min(a.max(b));
     }

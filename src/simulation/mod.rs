@@ -12,7 +12,6 @@
 mod belt;
 mod bvh;
 mod capture;
-mod colour;
 mod growth;
 mod noise;
 mod photograph;

@@ -5,9 +5,9 @@
 //! tank its end on that sphere is looked up, so that direct, refracted and mirrored views agree.
 
 use super::CaptureParams;
-use super::colour::linear_rgb;
 use super::noise;
 use crate::optics::{Mat3, Vec3, View};
+use crate::photo::colour::linear_of_srgb;
 
 /// Distance of the room's walls, mm.
 const FAR_MM: f64 = 1500.0;
@@ -23,6 +23,11 @@ pub struct Room {
     lamp: Vec3,
     lamp_level: f64,
     ambient: f64,
+}
+
+/// Linear light of an sRGB colour.
+pub fn linear_rgb(srgb: [f64; 3]) -> Vec3 {
+    Vec3::from(srgb.map(|c| f64::from(linear_of_srgb(c as f32))))
 }
 
 /// A view's stand in the room.

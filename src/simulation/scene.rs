@@ -1,8 +1,7 @@
 //! Everything that a photograph needs, made ready once.
 
 use super::bvh::Tubes;
-use super::colour::linear_rgb;
-use super::room::Room;
+use super::room::{Room, linear_rgb};
 use super::{BeltPrint, CaptureParams, noise};
 use crate::error::{Error, Result};
 use crate::optics::{Tank, Vec3, View};
