@@ -11,7 +11,7 @@
 
 use super::Grid;
 use crate::error::{Error, Result};
-use crate::optics::inverse::{LANES, Lanes};
+use crate::optics::inverse::{LANES, March};
 use crate::optics::{Tank, View, ViewMap};
 use crate::photo::Picture;
 use ndarray::{ArrayViewMut2, ArrayViewMut4, Axis};
@@ -79,34 +79,49 @@ impl ViewRenderer {
         }
         let inner_squared = tank.inner_radius_mm().powi(2) * (1.0 + 1e-12);
         let rows = out.nrows();
-        let z = [height; LANES];
         let y: [f64; LANES] = std::array::from_fn(|l| grid.point_mm(0.0, (j + l) as f64, 0.0).y);
-        let mut lanes = self.map.first_guess();
-        for i in 0..grid.shape[2] {
-            let x = [grid.point_mm(0.0, 0.0, i as f64).x; LANES];
-            let wanted: [bool; LANES] = std::array::from_fn(|l| l < rows && x[l] * x[l] + y[l] * y[l] <= inner_squared);
+        let mut march = March::new(&self.map, grid.origin_mm[0], &y, height, grid.spacing_mm);
+        let in_water = |i: usize| -> [bool; LANES] {
+            let x = grid.point_mm(0.0, 0.0, i as f64).x;
+            std::array::from_fn(|l| l < rows && x * x + y[l] * y[l] <= inner_squared)
+        };
+        let mut i = 0;
+        while i < grid.shape[2] {
+            let wanted = in_water(i);
             if !wanted.contains(&true) {
+                i += 1;
                 continue;
             }
-            self.map.solve_lanes(&x, &y, &z, &wanted, &mut lanes);
+            let lanes = march.column(i, &wanted);
+            // How far the nearest point is from its ray; a NaN counts as near.
+            let nearest =
+                (0..LANES).filter(|&l| wanted[l]).fold(f64::INFINITY, |d, l| d.min(lanes.distance[l].max(0.0)));
+            if nearest > grid.spacing_mm {
+                // Deep beyond the fold, where the distance changes by less than 2.5 mm per mm: leap, but not past
+                // the column in which another row enters the water.
+                let most = (((nearest / grid.spacing_mm - 1.0) / 2.5) as usize).clamp(1, grid.shape[2] - i);
+                let enters = |i: &usize| in_water(*i).iter().zip(wanted).any(|(&now, before)| now && !before);
+                let next = (i + 1..i + most).find(enters).unwrap_or(i + most);
+                if next > i + 1 {
+                    march.leap();
+                }
+                i = next;
+                continue;
+            }
+            let (u, v) = self.map.clear_pixels(&lanes);
             for (l, mut row) in out.rows_mut().into_iter().enumerate() {
                 let near = lanes.distance[l] <= grid.spacing_mm;
                 if !(wanted[l] && near) {
                     continue;
                 }
-                if let Some([red, green, blue]) = self.colour(&lanes, l) {
+                if let Some([red, green, blue]) = bilinear(&self.picture, u[l], v[l]) {
                     for (c, value) in [red, green, blue, 255].into_iter().enumerate() {
                         row[4 * i + c] = value;
                     }
                 }
             }
+            i += 1;
         }
-    }
-
-    /// Colour along the ray of lane l, where it carries evidence.
-    fn colour(&self, lanes: &Lanes, l: usize) -> Option<[u8; 3]> {
-        let (u, v) = self.map.clear_pixel(lanes.b[l], lanes.s[l])?;
-        bilinear(&self.picture, u, v)
     }
 }
 

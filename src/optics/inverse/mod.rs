@@ -16,14 +16,15 @@
 //! rays may cross in the water although each is regular by its exit point.
 
 mod fold;
+mod march;
 mod path;
 mod solve;
 
-use super::{Tank, Vec3, View};
+use super::{Mat3, Tank, Vec3, View};
 use crate::error::{Error, Result};
 use fold::Fold;
+pub use march::{LANES, Lanes, March};
 use path::Path;
-pub use solve::{LANES, Lanes};
 
 /// Rays steeper than this (sine against the horizontal, in air; 48 degrees) are not followed.
 const STEEPEST_SINE: f64 = 0.75;
@@ -39,6 +40,10 @@ pub struct ViewMap {
     turn: (f64, f64),
     /// Range of s of the rays that meet the outer wall between rim and underside and are not too steep.
     s_range: (f64, f64),
+    /// Smallest b_fold/N₁ over the range of s.
+    innermost_fold: f64,
+    /// Rotation to the camera's frame from (out, along, down) at the camera in the turned frame.
+    cam_from_turned: Mat3,
 }
 
 /// Where a point in the water is seen.
@@ -57,6 +62,17 @@ pub struct Projection {
     pub wall_z_mm: f64,
     /// Where the ray enters the water, z in mm.
     pub water_z_mm: f64,
+}
+
+/// Rays of N points by their invariants in the camera's turned frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Rays<const N: usize> {
+    /// Moments b about the axis.
+    pub b: [f64; N],
+    /// Axial invariants s.
+    pub s: [f64; N],
+    /// Distance of each point from its ray, mm; NaN where no ray can be given.
+    pub distance: [f64; N],
 }
 
 /// A ray by its invariants in the camera's turned frame, and how it misses the point it was solved for.
@@ -106,7 +122,18 @@ impl ViewMap {
         let bound = steepest(&path);
         let s_range = (s_to(0.0).min(0.0).max(-bound), s_to(tank.height_mm).max(0.0).min(bound));
         let fold = Fold::new(&path, s_range.0.abs().max(s_range.1).max(1e-3));
-        Ok(Self { view: view.clone(), tank: tank.clone(), path, fold, turn: (c.x / r0, c.y / r0), s_range })
+        let (cos, sin) = (c.x / r0, c.y / r0);
+        let tank_from_turned = Mat3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        Ok(Self {
+            view: view.clone(),
+            tank: tank.clone(),
+            path,
+            innermost_fold: fold.smallest(),
+            fold,
+            turn: (cos, sin),
+            s_range,
+            cam_from_turned: view.rotation * tank_from_turned,
+        })
     }
 
     /// The view this map belongs to.
@@ -141,11 +168,32 @@ impl ViewMap {
         })
     }
 
-    /// Pixel of ray (b, s), where it carries evidence.
-    #[inline]
-    pub fn clear_pixel(&self, b: f64, s: f64) -> Option<(f64, f64)> {
-        let (wall_z_mm, water_z_mm) = self.path.entry_heights(b, s);
-        if self.is_clear(wall_z_mm, water_z_mm) { self.view.pixel_of_direction(&self.direction(b, s)) } else { None }
+    /// Ideal-lens pixels of the rays of `lanes`; NaN where the ray carries no evidence or lies behind the camera.
+    #[inline(always)]
+    pub fn clear_pixels(&self, lanes: &Lanes) -> ([f64; LANES], [f64; LANES]) {
+        let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
+        let (mut wall_z, mut water_z) = ([0.0; LANES], [0.0; LANES]);
+        let lens = &self.view.lens;
+        let inverse_n = 1.0 / self.path.n_squared[0].sqrt();
+        let inverse_moment = inverse_n / self.path.r0;
+        let m = &self.cam_from_turned;
+        for l in 0..LANES {
+            (wall_z[l], water_z[l]) = self.path.entry_heights(lanes.b[l], lanes.s[l]);
+            let (along, down) = (lanes.b[l] * inverse_moment, lanes.s[l] * inverse_n);
+            let out = -(1.0 - along * along - down * down).sqrt();
+            let x = m.m11 * out + m.m12 * along + m.m13 * down;
+            let y = m.m21 * out + m.m22 * along + m.m23 * down;
+            let z = m.m31 * out + m.m32 * along + m.m33 * down;
+            let scale = lens.focal_px / if z > 1e-12 { z } else { f64::NAN };
+            u[l] = x * scale + lens.cx;
+            v[l] = y * scale + lens.cy;
+        }
+        for l in 0..LANES {
+            if !self.is_clear(wall_z[l], water_z[l]) {
+                u[l] = f64::NAN;
+            }
+        }
+        (u, v)
     }
 
     /// Whether a ray that meets the walls at these heights carries evidence.
