@@ -3,9 +3,9 @@
 use std::time::Instant;
 
 use ndarray::ArrayD;
+use rootvox::Result;
 use rootvox::flow::{Engine, Graph, Inputs, Progress, Stage};
 use rootvox::store::{Output, Store};
-use rootvox::Result;
 use serde::Serialize;
 
 use crate::toy::{Count, Spread, Sum, write_files};
