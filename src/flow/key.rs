@@ -50,7 +50,7 @@ mod tests {
     fn the_key_is_pinned() {
         assert_eq!(
             pinned().to_string(),
-            "PINNED_KEY",
+            "d08e35aca88737675d2d6e7e6ed613ac6c2b6b2cb96f1c6c76219324ff385daa",
             "the form of keys changed: every store would miss; if that is meant, raise the store's FORMAT"
         );
     }

@@ -6,7 +6,8 @@
 //! their names. Unlike JSON it tells infinities and NaN (all NaNs as one) from null. The order in which a map was
 //! filled, white space and the spelling of a number leave no trace.
 
-use serde::ser::{self, Serialize};
+use serde::Serialize;
+use serde::ser;
 
 use crate::error::{Error, Result};
 
