@@ -65,6 +65,9 @@ pub struct CaptureParams {
     pub background_variation: f64,
     /// Brightness of the lamps' glow that the front wall mirrors into the pictures as a veil, linear light, 0 for none.
     pub lamp_level: f64,
+    /// Brightness of the room behind the camera, over that of the room's colour, linear light: walls mirror it as a veil
+    /// before which mirrored roots look dark.
+    pub front_level: f64,
     /// Direction towards the lamps as the camera sees it: right, away from the camera, down; any length.
     pub lamp_direction: [f64; 3],
     /// Share of the light on a root that comes from all around, 0..1; the rest comes from the lamps.
@@ -114,8 +117,9 @@ impl Default for CaptureParams {
             background_rgb: [0.22, 0.235, 0.255],
             background_variation: 0.25,
             lamp_level: 0.6,
+            front_level: 0.35,
             lamp_direction: [-0.5, -0.6, -0.6],
-            ambient: 0.35,
+            ambient: 0.25,
             water_loss_per_mm: [0.0005, 0.0002, 0.0002],
             reflections: true,
             floor_rgb: [0.2, 0.2, 0.22],
@@ -160,6 +164,7 @@ impl CaptureParams {
             ("distance_mm", self.distance_mm),
             ("background_variation", self.background_variation),
             ("lamp_level", self.lamp_level),
+            ("front_level", self.front_level),
             ("table_radii", self.table_radii),
             ("noise_sigma", self.noise_sigma),
             ("blur_px", self.blur_px),

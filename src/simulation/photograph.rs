@@ -60,9 +60,10 @@ impl Scene {
         let view = &self.views[index];
         let stand = Stand::of(view);
         let width = view.lens.width;
-        let sample = |u: f64, v: f64| Walker::sample(self, &stand, &view.ray_in_tank(u, v));
-        let corners =
-            |y: usize| -> Vec<Sample> { (0..=width).map(|x| sample(x as f64 - 0.5, y as f64 - 0.5)).collect() };
+        let sample = |u: f64, v: f64, reach: f64| Walker::sample(self, &stand, &view.ray_in_tank(u, v), reach);
+        let corners = |y: usize| -> Vec<Sample> {
+            (0..=width).map(|x| sample(x as f64 - 0.5, y as f64 - 0.5, self.reach_mm)).collect()
+        };
         let n = self.params.supersampling;
         let mut above = corners(first);
         for (dy, row) in rows.chunks_exact_mut(width * 3).enumerate() {
@@ -74,7 +75,7 @@ impl Scene {
                 if differ(&four) {
                     for i in 0..n * n {
                         let at = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
-                        light += sample(x as f64 + at(i % n), y as f64 + at(i / n)).light;
+                        light += sample(x as f64 + at(i % n), y as f64 + at(i / n), 0.0).light;
                     }
                     light /= (n * n) as f64;
                 } else {

@@ -14,6 +14,8 @@ pub struct Scene {
     pub(super) views: Vec<View>,
     pub(super) params: CaptureParams,
     pub(super) tubes: Tubes,
+    /// Rays that pass a root within this need a closer look, mm.
+    pub(super) reach_mm: f64,
     pub(super) room: Room,
     /// Linear colour of each root.
     pub(super) root_colours: Vec<Vec3>,
@@ -66,7 +68,8 @@ impl Scene {
             tank: tank.clone(),
             views: views.to_vec(),
             params: params.clone(),
-            tubes: Tubes::new(roots, reach_mm),
+            tubes: Tubes::new(roots),
+            reach_mm,
             room: Room::new(params, seed),
             root_colours,
             floor_colour: linear_rgb(params.floor_rgb),

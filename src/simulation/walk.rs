@@ -58,12 +58,14 @@ pub struct Walker<'a> {
     stand: &'a Stand,
     kind: Kind,
     near: bool,
+    reach_mm: f64,
 }
 
 impl<'a> Walker<'a> {
-    /// Light that reaches the camera from `direction` (tank frame, unit).
-    pub fn sample(scene: &'a Scene, stand: &'a Stand, direction: &Vec3) -> Sample {
-        let mut walker = Self { scene, stand, kind: Kind::Room, near: false };
+    /// Light that reaches the camera from `direction` (tank frame, unit); roots that the ray passes within `reach_mm`
+    /// are noted.
+    pub fn sample(scene: &'a Scene, stand: &'a Stand, direction: &Vec3, reach_mm: f64) -> Sample {
+        let mut walker = Self { scene, stand, kind: Kind::Room, near: false, reach_mm };
         let light = walker.gathered(&stand.centre_mm, direction);
         Sample { light, kind: walker.kind, near: walker.near }
     }
@@ -86,7 +88,7 @@ impl<'a> Walker<'a> {
             }
             if p.z < 0.0 && d.z > 0.0 {
                 let top = o - d * (o.z / d.z);
-                let rho = top.x.hypot(top.y);
+                let rho = (top.x * top.x + top.y * top.y).sqrt();
                 if rho < tank.inner_radius_mm() {
                     self.kind = Kind::Edge;
                     return self.inside(&top, d, false, 1.0, 0);
@@ -115,7 +117,7 @@ impl<'a> Walker<'a> {
         let z = scene.tank.height_mm + TABLE_GAP_MM;
         if d.z > 0.0 && o.z < z && radius > 0.0 {
             let p = o + d * ((z - o.z) / d.z);
-            if p.x.hypot(p.y) < radius {
+            if p.x * p.x + p.y * p.y < radius * radius {
                 if self.kind == Kind::Room {
                     self.kind = Kind::Table;
                 }
@@ -189,7 +191,7 @@ impl<'a> Walker<'a> {
             if in_water == (d.z > 0.0) { if in_water { tank.floor_mm() } else { 0.0 } } else { tank.water_level_mm };
         let t_plane = if d.z == 0.0 { f64::INFINITY } else { ((plane_z - o.z) / d.z).max(0.0) };
         let t_end = t_wall.min(t_plane);
-        let hit = scene.tubes.first_hit(o, d, t_end, &mut self.near);
+        let hit = scene.tubes.first_hit(o, d, t_end, self.reach_mm, &mut self.near);
         let length = hit.map_or(t_end, |h| h.t_mm);
         let seen = if let Some(hit) = hit {
             if mirrors == 0 {
