@@ -80,12 +80,7 @@ impl Display {
                 self.end(&mut state, *node);
                 self.say(&format!("{}: failed", self.label(*node)));
             }
-            Event::Skipped { node } => {
-                self.step(&mut state);
-                if !self.terminal {
-                    self.say(&format!("{}: skipped", self.label(*node)));
-                }
-            }
+            Event::Skipped { .. } => self.step(&mut state),
         }
     }
 

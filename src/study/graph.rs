@@ -9,6 +9,7 @@ use crate::stages::cameras::Cameras;
 use crate::stages::capture::{Capture, photo_name};
 use crate::stages::evaluate::Evaluate;
 use crate::stages::extract::Extract;
+use crate::stages::labels::Labels;
 use crate::stages::merge::Merge;
 use crate::stages::overlay::Overlay;
 use crate::stages::photograph::Photograph;
@@ -25,8 +26,10 @@ pub struct StudyNodes {
     pub photos: Vec<String>,
     /// The extracted root voxels.
     pub extract: NodeId,
-    /// The OME-Zarr.
+    /// The OME-Zarr image.
     pub volume: NodeId,
+    /// Its labels.
+    pub labels: NodeId,
     /// One overlay per photograph.
     pub overlays: Vec<NodeId>,
     /// The score, where the truth is known.
@@ -36,7 +39,7 @@ pub struct StudyNodes {
 impl StudyNodes {
     /// All nodes that a run brings up to date.
     pub fn targets(&self) -> Vec<NodeId> {
-        let mut targets = vec![self.extract, self.volume];
+        let mut targets = vec![self.extract, self.volume, self.labels];
         targets.extend(&self.overlays);
         targets.extend(self.score);
         targets
@@ -118,11 +121,8 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             )
         })
         .collect();
-    let volume = graph.add(
-        "volume",
-        Volume { grid: s.grid },
-        &[("merged", &[merged]), ("rootness", &[rootness]), ("roots", &[extract])],
-    );
+    let volume = graph.add("volume", Volume { grid: s.grid }, &[("merged", &[merged]), ("rootness", &[rootness])]);
+    let labels = graph.add("labels", Labels { grid: s.grid }, &[("roots", &[extract])]);
     let score = truth.map(|truth| {
         let stage = Evaluate {
             tank: s.tank.clone(),
@@ -134,5 +134,5 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         };
         graph.add("evaluate", stage, &[("roots", &[extract]), ("truth", &[truth])])
     });
-    Ok(StudyNodes { photos, extract, volume, overlays, score })
+    Ok(StudyNodes { photos, extract, volume, labels, overlays, score })
 }
