@@ -24,6 +24,10 @@ use crate::stages::volume::Volume;
 pub struct StudyNodes {
     /// Name of each photograph, in capture order.
     pub photos: Vec<String>,
+    /// The photographs themselves.
+    pub photo_nodes: Vec<NodeId>,
+    /// Lens and poses; of a simulated capture the true roots too.
+    pub cameras: NodeId,
     /// The extracted root voxels.
     pub extract: NodeId,
     /// The OME-Zarr image.
@@ -97,7 +101,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
 
     let mut views = Vec::new();
     let mut overlay_inputs = Vec::new();
-    for (name, photo) in photos.iter().zip(files) {
+    for (name, &photo) in photos.iter().zip(&files) {
         let camera = graph.add(&format!("camera/{name}"), Camera { photo: name.clone() }, &[("cameras", &[cameras])]);
         let undistorted =
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
@@ -134,5 +138,5 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         };
         graph.add("evaluate", stage, &[("roots", &[extract]), ("truth", &[truth])])
     });
-    Ok(StudyNodes { photos, extract, volume, labels, overlays, score })
+    Ok(StudyNodes { photos, photo_nodes: files, cameras, extract, volume, labels, overlays, score })
 }
