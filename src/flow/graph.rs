@@ -12,6 +12,13 @@ use crate::store::{Digest, canonical_json};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeId(pub(super) usize);
 
+impl NodeId {
+    /// Place of the node in the order in which nodes were added.
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
 pub(super) enum Kind {
     File(PathBuf),
     Stage { work: Arc<dyn Work>, params: Result<serde_json::Value>, is_virtual: bool },

@@ -12,6 +12,7 @@ mod run;
 mod schedule;
 mod stage;
 
+pub use crate::store::{Artefact, Output};
 pub use engine::{Engine, Report};
 pub use event::Event;
 pub use graph::{Graph, NodeId};

@@ -3,6 +3,7 @@
 pub mod cameras_json;
 pub mod json;
 pub mod ome_zarr;
+pub mod photograph;
 pub mod picture;
 pub mod roots_json;
 pub mod tables;

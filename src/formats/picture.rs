@@ -26,7 +26,7 @@ pub fn png(picture: ArrayView3<u8>) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn encode(picture: ArrayView3<u8>, encoder: impl ImageEncoder) -> Result<()> {
+pub(super) fn encode(picture: ArrayView3<u8>, encoder: impl ImageEncoder) -> Result<()> {
     let (height, width, channels) = picture.dim();
     let fault =
         |why: &dyn std::fmt::Display| Error::failed(format!("cannot write a picture of {width} x {height} px: {why}"));

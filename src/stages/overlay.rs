@@ -5,8 +5,8 @@ use super::{extract, read3};
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::picture;
-use crate::optics::inverse::ViewMap;
-use crate::optics::{Tank, Vec3, View};
+
+use crate::optics::{Tank, Vec3, View, ViewMap};
 use crate::report::overlay::{Mark, overlay};
 use crate::report::palette;
 use serde::Serialize;
