@@ -219,8 +219,11 @@ fn true_ridges_give_the_true_roots() {
         for spacing in [0.5, 1.0] {
             let (system, s) = traced(&roots, spacing, heights, 7);
             if std::env::var_os("TRACE_DUMP").is_some() {
-                std::fs::write(format!("/tmp/roots_dev/{name}-{spacing}.json"), serde_json::to_string(&system).unwrap())
-                    .unwrap();
+                std::fs::write(
+                    format!("/tmp/roots_dev/{name}-{spacing}.json"),
+                    serde_json::to_string(&system).unwrap(),
+                )
+                .unwrap();
             }
             lengths.push(1.0 + s.length_bias);
             assert!(s.precision > 0.95 && s.recall > 0.95, "{name} at {spacing} mm");

@@ -185,8 +185,7 @@ struct Join {
 }
 
 fn candidates(strands: &[Strand], workshop: &Workshop<'_>, params: &BridgeParams) -> Vec<Join> {
-    let ends: Vec<(usize, End)> =
-        (0..strands.len()).flat_map(|s| End::BOTH.into_iter().map(move |e| (s, e))).collect();
+    let ends: Vec<(usize, End)> = (0..strands.len()).flat_map(|s| End::BOTH.into_iter().map(move |e| (s, e))).collect();
     let positions: Vec<Vec3> = ends.iter().map(|&(s, e)| strands[s].at(strands[s].end(e))).collect();
     let outward: Vec<Vec3> = ends.iter().map(|&(s, e)| strands[s].outward(e, params.baseline_mm)).collect();
     let tree = tree_of(positions.iter().enumerate());

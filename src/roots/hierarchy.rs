@@ -59,11 +59,8 @@ fn grow(
     let mut places: Vec<Option<Place>> = vec![None; strands.len()];
     let mut log = Vec::new();
     let Some(base) = base_of(strands) else { return (places, log) };
-    let top = if strands[base].at(0).z <= strands[base].at(strands[base].knots.len() - 1).z {
-        End::First
-    } else {
-        End::Last
-    };
+    let top =
+        if strands[base].at(0).z <= strands[base].at(strands[base].knots.len() - 1).z { End::First } else { End::Last };
     places[base] = Some(Place { parent: None, base: top, order: 0, tied: false });
     let hidden: Vec<Option<(End, f64)>> = strands.iter().map(|s| runs_into_hidden(s, workshop, params)).collect();
     loop {

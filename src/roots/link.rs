@@ -2,10 +2,12 @@
 //! one against it, and each side holds one link at most.
 //!
 //! - Thinning: where two points mark the same place of one crest (closer than `same_along` spacings along
-//!   and `same_across` across the stronger one's tangent, tangents alike), the stronger stays.
+//!   and `same_across` across the stronger one's tangent, tangents
+//!   within half of `angle_deg`), the stronger stays.
 //! - A link p–q may be when it is shorter than `reach` spacings and bends at neither end, nor between the
-//!   two tangents, by more than `angle_deg`. Its cost is its length times `1 + 2 (1 − cos α) + 2 (1 − cos β)
-//!   + 2 (1 − cos γ)` (α, β: link against the tangents, γ: tangent against tangent).
+//!   two tangents, by more than `angle_deg`. Its cost is its length times `1 + 8 (3 − cos α − cos β
+//!   − cos γ)` (α, β: link against the tangents, γ: tangent against tangent): a bend of 25 degrees at either end weighs as
+//!   much as twice the length, so that a straight link leaves out a point beside it.
 //! - Links are taken by rising cost when both sides are free and no ring closes (ties: lower indices).
 //!
 //! At a junction the two branches that continue each other take each other's sides, so the third ends
@@ -47,8 +49,7 @@ pub fn tree_of<'a>(positions: impl IntoIterator<Item = (usize, &'a Vec3)>) -> RT
 
 /// Indices within `radius` of `p`, ascending.
 pub fn within(tree: &RTree<Node>, p: &Vec3, radius: f64) -> Vec<usize> {
-    let mut found: Vec<usize> =
-        tree.locate_within_distance([p.x, p.y, p.z], radius * radius).map(|n| n.data).collect();
+    let mut found: Vec<usize> = tree.locate_within_distance([p.x, p.y, p.z], radius * radius).map(|n| n.data).collect();
     found.sort_unstable();
     found
 }
@@ -102,7 +103,7 @@ pub fn link(points: &[RidgePoint], spacing_mm: f64, params: &LinkParams) -> Vec<
             if at_p.abs() < straight || at_q.abs() < straight || between < straight {
                 continue;
             }
-            let cost = length * (1.0 + 2.0 * (3.0 - at_p.abs() - at_q.abs() - between));
+            let cost = length * (1.0 + 8.0 * (3.0 - at_p.abs() - at_q.abs() - between));
             // Side 0 lies along the tangent, side 1 against it.
             links.push((cost, p, usize::from(at_p < 0.0), q, usize::from(at_q > 0.0)));
         }
@@ -124,7 +125,7 @@ fn thin(points: &[RidgePoint], spacing_mm: f64, params: &LinkParams) -> Vec<usiz
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by(|&a, &b| points[b].rootness.total_cmp(&points[a].rootness).then(a.cmp(&b)));
     let tree = tree_of(points.iter().map(|p| &p.position_mm).enumerate());
-    let alike = params.angle_deg.to_radians().cos();
+    let alike = (0.5 * params.angle_deg).to_radians().cos();
     let radius = params.same_along.hypot(params.same_across) * spacing_mm;
     let mut gone = vec![false; points.len()];
     for &p in &order {
@@ -187,7 +188,7 @@ mod tests {
     #[test]
     fn crossing_lines_stay_two() {
         let mut points = line(Vec3::new(-10.0, 0.0, 0.0), Vec3::new(10.0, 0.0, 0.0), 0.9);
-        points.extend(line(Vec3::new(-10.0, -4.1, 0.1), Vec3::new(10.0, 3.9, 0.1), 0.9));
+        points.extend(line(Vec3::new(-10.0, -9.1, 0.1), Vec3::new(10.0, 8.9, 0.1), 0.9));
         let chains = link(&points, 1.0, &LinkParams::default());
         assert!(chains.len() >= 2);
         for chain in &chains[..2] {

@@ -9,6 +9,7 @@ pub mod ridge;
 pub mod strand;
 pub mod tie;
 pub mod trace;
+pub mod tube;
 
 pub use repair::Repair;
 pub use ridge::{Field, RidgePoint};

@@ -56,9 +56,11 @@ impl Default for TraceParams {
 pub struct TracedRoot {
     /// The root.
     pub root: Root,
-    /// Standard deviation of each radius, mm; NaN where it was not measured.
+    /// Standard deviation of each radius, mm.
     pub radius_sd_mm: Vec<f64>,
-    /// How well each point is supported, 0 to 1.
+    /// Photographs that each radius was measured in; 0 where it stands on the scale of the ridge alone.
+    pub views: Vec<u32>,
+    /// How well each point is supported, 0 to 1: its rootness against the median of the system's.
     pub confidence: Vec<f64>,
 }
 
@@ -199,7 +201,9 @@ fn number(
                     points_mm: knots.iter().map(|k| [k[0], k[1], k[2]]).collect(),
                     radii_mm: knots.iter().map(|k| std::f64::consts::SQRT_2 * k[4]).collect(),
                 },
-                radius_sd_mm: vec![f64::NAN; knots.len()],
+                // The response is flat about its best scale: half the radius is what it leaves open.
+                radius_sd_mm: knots.iter().map(|k| 0.5 * std::f64::consts::SQRT_2 * k[4]).collect(),
+                views: vec![0; knots.len()],
                 confidence: knots.iter().map(|k| (k[3] / typical).clamp(0.0, 1.0)).collect(),
             });
         }
@@ -209,13 +213,7 @@ fn number(
 }
 
 /// The knots from base to tip, led on to the parent's centreline where the tie is visible.
-fn drawn(
-    s: usize,
-    strands: &[Strand],
-    places: &[Option<Place>],
-    field: &Field<'_>,
-    params: &TraceParams,
-) -> Vec<Knot> {
+fn drawn(s: usize, strands: &[Strand], places: &[Option<Place>], field: &Field<'_>, params: &TraceParams) -> Vec<Knot> {
     let mut knots = strands[s].knots.clone();
     let Some(place) = places[s] else { return knots };
     if place.base == End::Last {

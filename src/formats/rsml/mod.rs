@@ -4,7 +4,7 @@
 //! points with the attributes x, y, z in this order (readers take them by position) in the tank frame, z down;
 //! `diameter` (mm), `diameter-sd` (mm) and `confidence` (0..1) as functions over the polyline, one `sample value` per
 //! point; a lateral stands within its parent and carries `parent-node`, the index of the parent's point nearest to its
-//! first one. Numbers are plain decimals, as the schema asks. `diameter-sd` is left out where no point has one.
+//! first one. Numbers are plain decimals, as the schema asks.
 //!
 //! **Read**: that and what is met in practice, see [`read`].
 
@@ -102,7 +102,15 @@ fn check(traced: &TracedRoot, roots: &[TracedRoot]) -> Result<()> {
         "has fewer than two points"
     } else if [root.radii_mm.len(), traced.radius_sd_mm.len(), traced.confidence.len()] != [n; 3] {
         "has lists of different lengths"
-    } else if root.points_mm.iter().flatten().chain(&root.radii_mm).chain(&traced.confidence).any(|x| !x.is_finite()) {
+    } else if root
+        .points_mm
+        .iter()
+        .flatten()
+        .chain(&root.radii_mm)
+        .chain(&traced.confidence)
+        .chain(&traced.radius_sd_mm)
+        .any(|x| !x.is_finite())
+    {
         "holds a number that is not finite"
     } else {
         let mut at = root;
@@ -111,7 +119,9 @@ fn check(traced: &TracedRoot, roots: &[TracedRoot]) -> Result<()> {
             if at.parent < 0 {
                 return Ok(());
             }
-            let Some(parent) = roots.iter().find(|r| r.root.id == at.parent) else { break "has a parent that is missing" };
+            let Some(parent) = roots.iter().find(|r| r.root.id == at.parent) else {
+                break "has a parent that is missing";
+            };
             at = &parent.root;
             steps += 1;
             if steps > roots.len() {
@@ -138,9 +148,6 @@ fn write_root(out: &mut String, traced: &TracedRoot, parent: Option<&TracedRoot>
     let diameters: Vec<f64> = root.radii_mm.iter().map(|r| 2.0 * r).collect();
     let spreads: Vec<f64> = traced.radius_sd_mm.iter().map(|r| 2.0 * r).collect();
     for (name, values) in [("diameter", &diameters), ("diameter-sd", &spreads), ("confidence", &traced.confidence)] {
-        if values.iter().any(|v| !v.is_finite()) {
-            continue;
-        }
         put(out, format_args!("{pad}    <function name=\"{name}\" domain=\"polyline\" origin=\"base\">\n"));
         for value in values {
             put(out, format_args!("{pad}      <sample value=\"{}\"/>\n", rounded(*value, 5)));

@@ -86,10 +86,7 @@ pub fn read(name: &str, text: &str) -> Result<Reading> {
                 state.start(&tag).map_err(|e| fault(&reader, e))?;
                 state.end();
             }
-            Ok(Event::Text(part)) => {
-                let part = part.decode().map_err(|e| fault(&reader, e.to_string()))?;
-                state.text.push_str(&part);
-            }
+            Ok(Event::Text(part)) => state.text.push_str(&part),
             Ok(Event::GeneralRef(part)) => state.text.push_str(&entity(&part)),
             Ok(Event::End(_)) => state.end(),
             Ok(Event::Eof) => break,
@@ -104,9 +101,8 @@ pub fn read(name: &str, text: &str) -> Result<Reading> {
 }
 
 /// The text of an entity such as `lt` or `#181`; empty for strangers.
-fn entity(part: &[u8]) -> String {
+fn entity(name: &str) -> String {
     let known = [("lt", '<'), ("gt", '>'), ("amp", '&'), ("quot", '"'), ("apos", '\'')];
-    let name = String::from_utf8_lossy(part);
     if let Some((_, c)) = known.iter().find(|(n, _)| *n == name) {
         return c.to_string();
     }
@@ -126,19 +122,22 @@ impl State {
     }
 
     fn start(&mut self, tag: &BytesStart<'_>) -> std::result::Result<(), String> {
-        let element = String::from_utf8_lossy(tag.local_name().as_ref()).into_owned();
+        let element = tag.local_name().as_ref().to_string();
         let mut attributes = Vec::new();
         for attribute in tag.attributes() {
             let attribute = attribute.map_err(|e| e.to_string())?;
-            let key = String::from_utf8_lossy(attribute.key.as_ref()).into_owned();
-            let value = quick_xml::escape::unescape(&String::from_utf8_lossy(&attribute.value))
-                .map_err(|e| e.to_string())?
-                .into_owned();
+            let key = attribute.key.as_ref().to_string();
+            let value = quick_xml::escape::unescape(&attribute.value).map_err(|e| e.to_string())?.into_owned();
             attributes.push((key, value));
         }
         let get = |key: &str| attributes.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
         let number = |value: &str| {
-            value.trim().parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| format!("`{value}` is not a number"))
+            value
+                .trim()
+                .parse::<f64>()
+                .ok()
+                .filter(|x| x.is_finite())
+                .ok_or_else(|| format!("`{value}` is not a number"))
         };
         let within = self.path.last().cloned().unwrap_or_default();
         match element.as_str() {
@@ -270,7 +269,7 @@ impl State {
 /// The values of a function at the points of its polyline, times `scale`; a value that is missing is the
 /// nearest one before it.
 fn along(function: &Function, points: &[[f64; 3]], scale: f64) -> Vec<f64> {
-    let values: Vec<f64> = function.values.iter().copied().collect();
+    let values = &function.values;
     if values.is_empty() {
         return vec![0.0; points.len()];
     }
@@ -279,7 +278,9 @@ fn along(function: &Function, points: &[[f64; 3]], scale: f64) -> Vec<f64> {
     let n = values.len();
     let positions: Vec<f64> = match function.domain.as_str() {
         "polyline" => (0..n).map(|k| arc[k.min(arc.len() - 1)]).collect(),
-        "length" => (0..n).map(|k| function.positions[k].unwrap_or(length * k as f64 / (n - 1).max(1) as f64)).collect(),
+        "length" => {
+            (0..n).map(|k| function.positions[k].unwrap_or(length * k as f64 / (n - 1).max(1) as f64)).collect()
+        }
         _ => (0..n).map(|k| length * function.positions[k].unwrap_or(k as f64 / (n - 1).max(1) as f64)).collect(),
     };
     let value_at = |s: f64| {
