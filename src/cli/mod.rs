@@ -6,10 +6,12 @@
 mod cancel;
 pub mod complaint;
 mod doctor;
+mod evaluate;
 mod options;
 mod progress;
 mod run;
 mod score_table;
+mod simulate;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -28,6 +30,8 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Run(run::Run),
+    Simulate(simulate::Simulate),
+    Evaluate(evaluate::Evaluate),
     Doctor(doctor::Doctor),
 }
 
@@ -38,6 +42,8 @@ enum Command {
 pub fn run() -> Result<()> {
     match Arguments::parse().command {
         Command::Run(c) => c.run(),
+        Command::Simulate(c) => c.run(),
+        Command::Evaluate(c) => c.run(),
         Command::Doctor(c) => c.run(),
     }
 }

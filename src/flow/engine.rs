@@ -7,8 +7,10 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
+use super::change::Change;
 use super::event::Event;
 use super::graph::{Graph, Kind, NodeId};
+use super::plan::{self, Plan, Step};
 use super::run::{self, Job, Outcome};
 use super::schedule::{Schedule, Want};
 use super::stage::Progress;
@@ -70,6 +72,7 @@ impl<'a> Engine<'a> {
     /// Brings `targets` up to date. Nodes that do not depend on a failed one are finished all the same; then all
     /// failures are returned at once.
     pub fn run(&self, graph: &Graph, targets: &[NodeId]) -> Result<Report> {
+        let _in_use = self.store.use_it();
         let mut schedule = Schedule::new(graph, self.store, &*self.on_event);
         let reachable = reachable(graph, targets);
         (self.on_event)(&Event::Planned { total: reachable.iter().filter(|&&is| is).count() });
@@ -107,6 +110,22 @@ impl<'a> Engine<'a> {
         Ok(Report { labels: graph.nodes.iter().map(|node| node.label.clone()).collect(), entries: entries.collect() })
     }
 
+    /// What [`Engine::run`] would do, and why, without doing it.
+    ///
+    /// # Errors
+    /// Where the store cannot be read or a parameter cannot be written.
+    pub fn status(&self, graph: &Graph, targets: &[NodeId]) -> Result<Plan> {
+        plan::plan(graph, self.store, targets)
+    }
+
+    /// What changed at `node` against the nearest earlier run, and upstream of it: root causes first, `node` last.
+    ///
+    /// # Errors
+    /// Where `node` is a file, and as for [`Engine::status`].
+    pub fn why(&self, graph: &Graph, node: NodeId) -> Result<Vec<Step>> {
+        plan::why(graph, self.store, node)
+    }
+
     /// One worker: takes ready nodes until none is left and none is running.
     fn work(&self, graph: &Graph, shared: &Shared<'_>) {
         loop {
@@ -136,9 +155,9 @@ impl<'a> Engine<'a> {
                 let _state = shared.lock();
                 (self.on_event)(&Event::Waiting { node: NodeId(n) });
             };
-            let started = || {
+            let started = |why: Vec<Change>| {
                 let _state = shared.lock();
-                (self.on_event)(&Event::Started { node: NodeId(n) });
+                (self.on_event)(&Event::Started { node: NodeId(n), why });
             };
             let outcome = run::run(graph, self.store, &job, &self.cancel, &waiting, &started);
 
@@ -243,7 +262,7 @@ impl<'a> Shared<'a> {
     }
 }
 
-fn reachable(graph: &Graph, targets: &[NodeId]) -> Vec<bool> {
+pub(super) fn reachable(graph: &Graph, targets: &[NodeId]) -> Vec<bool> {
     let mut reached = vec![false; graph.nodes.len()];
     let mut open: Vec<usize> = targets.iter().map(|target| target.0).collect();
     while let Some(n) = open.pop() {
@@ -255,7 +274,7 @@ fn reachable(graph: &Graph, targets: &[NodeId]) -> Vec<bool> {
 }
 
 /// The content of all files that are reached, read in parallel where the store does not remember them.
-fn read_files(graph: &Graph, store: &Store, reached: &[bool]) -> Vec<(usize, Result<Artefact>)> {
+pub(super) fn read_files(graph: &Graph, store: &Store, reached: &[bool]) -> Vec<(usize, Result<Artefact>)> {
     let files = graph.nodes.iter().enumerate().filter_map(|(n, node)| match &node.kind {
         Kind::File(path) if reached[n] => Some((n, path)),
         _ => None,

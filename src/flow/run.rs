@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use super::change::{Change, Now, nearest};
 use super::graph::{Graph, Kind};
 use super::key::key;
 use super::stage::{Inputs, Progress, Work};
@@ -41,7 +42,7 @@ pub(super) fn run(
     job: &Job,
     cancel: &AtomicBool,
     waiting: &dyn Fn(),
-    started: &dyn Fn(),
+    started: &dyn Fn(Vec<Change>),
 ) -> Result<Outcome> {
     let Kind::Stage { work, .. } = &graph.nodes[job.node].kind else {
         return Err(Error::failed("a file cannot be run"));
@@ -66,7 +67,10 @@ pub(super) fn run(
             return Ok(Outcome::Found(manifest));
         }
     }
-    started();
+    let now = Now::of(graph, job.node, &|input| job.upstream.get(&input).and_then(|(_, digest)| *digest));
+    started(
+        now.map_or_else(Vec::new, |now| nearest(store, work.name(), &graph.nodes[job.node].label, job.key, &now).1),
+    );
     let mut open = Streams { graph, job, streams: BTreeMap::new(), order: Vec::new() };
     let mut inputs = Inputs::default();
     for (port, nodes) in &graph.nodes[job.node].ports {
@@ -100,7 +104,9 @@ pub(super) fn run(
         manifest.is_virtual = true;
         manifest.seconds = 0.0;
         known.insert(*n, manifest.digest);
-        learned.push((*n, store.publish(store.draft()?, manifest)?));
+        let manifest = store.publish(store.draft()?, manifest)?;
+        store.record_history(&manifest);
+        learned.push((*n, manifest));
     }
     let mut manifest = describe(graph, job.node, &known, &**work, job, begun)?;
     store.close(&mut draft, &mut manifest)?;
@@ -108,6 +114,7 @@ pub(super) fn run(
     let same_output = before.is_some_and(|past| past.digest == manifest.digest);
     let mine = manifest.digest;
     let mut manifest = store.publish(draft, manifest)?;
+    store.record_history(&manifest);
     if manifest.digest != mine {
         manifest
             .warnings
@@ -174,14 +181,13 @@ fn describe(
         ports.push((port.as_str(), records.iter().map(|record| record.digest).collect()));
         inputs.insert(port.clone(), records);
     }
-    let params = work.params()?;
     Ok(Manifest {
         format: FORMAT,
         stage: work.name().to_owned(),
         version: work.version(),
         label: node.label.clone(),
-        key: key(work.name(), work.version(), &params, &ports),
-        params,
+        key: key(work.name(), work.version(), &work.params_bytes()?, &ports),
+        params: work.params()?,
         inputs,
         digest: Digest([0; 32]),
         is_virtual: false,

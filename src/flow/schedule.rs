@@ -143,12 +143,17 @@ impl<'a> Schedule<'a> {
         self.slots[n].artefact.is_some() || (node.is_virtual() && node.inputs().all(|input| self.readable(input)))
     }
 
+    /// Whether there is nothing to do for node `n` now: not wanted, at work, broken, or all that is wanted is known.
+    fn at_rest(&self, n: usize) -> bool {
+        let slot = &self.slots[n];
+        let satisfied = slot.artefact.is_some() || (slot.want <= Want::Digest && slot.digest.is_some());
+        slot.want == Want::Nothing || slot.phase != Phase::Open || satisfied
+    }
+
     /// Takes node `n` as far as it goes with what is known.
     pub(super) fn advance(&mut self, n: usize) {
         let node = &self.graph.nodes[n];
-        let slot = &self.slots[n];
-        let satisfied = slot.artefact.is_some() || (slot.want <= Want::Digest && slot.digest.is_some());
-        if slot.want == Want::Nothing || slot.phase != Phase::Open || satisfied {
+        if self.at_rest(n) {
             return;
         }
         if node.inputs().any(|input| self.slots[input].phase == Phase::Broken) {
@@ -161,7 +166,7 @@ impl<'a> Schedule<'a> {
             for input in node.inputs() {
                 self.raise(input, Want::Digest);
             }
-            if self.slots[n].phase != Phase::Open || self.slots[n].artefact.is_some() {
+            if self.at_rest(n) {
                 return; // Raising an input came back here.
             }
             if node.inputs().all(|input| self.slots[input].digest.is_some()) {
@@ -194,10 +199,7 @@ impl<'a> Schedule<'a> {
         for input in node.inputs() {
             self.raise(input, Want::Stream);
         }
-        if self.slots[n].phase == Phase::Open
-            && self.slots[n].artefact.is_none()
-            && node.inputs().all(|input| self.readable(input))
-        {
+        if !self.at_rest(n) && node.inputs().all(|input| self.readable(input)) {
             self.slots[n].phase = Phase::Queued;
             self.ready.insert(n);
         }
@@ -220,6 +222,7 @@ impl<'a> Schedule<'a> {
             Ok(Some((artefact, manifest))) => {
                 let done = artefact.is_some() || self.slots[n].want <= Want::Digest;
                 (self.emit)(&Event::Hit { node: NodeId(n), key: manifest.key, warnings: manifest.warnings.clone() });
+                self.store.touch(work.name(), manifest.key);
                 self.know(n, manifest, artefact);
                 self.advance_consumers(n);
                 done

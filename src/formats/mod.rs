@@ -6,6 +6,7 @@ pub mod ome_zarr;
 pub mod photograph;
 pub mod picture;
 pub mod ply;
+pub mod points_csv;
 pub mod roots_json;
 pub mod rsml;
 pub mod swc;

@@ -151,37 +151,34 @@ fn solve_banded<const D: usize>(diagonal: &mut [f64], first: &mut [f64], second:
     for k in 0..n {
         let pivot = diagonal[k];
         let (l1, l2) = (first[k] / pivot, second[k] / pivot);
+        let value = right[k];
         if k + 1 < n {
             diagonal[k + 1] -= l1 * first[k];
             first[k + 1] -= l1 * second[k];
+            right[k + 1] = minus(right[k + 1], l1, value);
         }
         if k + 2 < n {
             diagonal[k + 2] -= l2 * second[k];
+            right[k + 2] = minus(right[k + 2], l2, value);
         }
         first[k] = l1;
         second[k] = l2;
-        for d in 0..D {
-            let value = right[k][d];
-            if k + 1 < n {
-                right[k + 1][d] -= l1 * value;
-            }
-            if k + 2 < n {
-                right[k + 2][d] -= l2 * value;
-            }
-        }
     }
     for k in (0..n).rev() {
-        for d in 0..D {
-            let mut value = right[k][d] / diagonal[k];
-            if k + 1 < n {
-                value -= first[k] * right[k + 1][d];
-            }
-            if k + 2 < n {
-                value -= second[k] * right[k + 2][d];
-            }
-            right[k][d] = value;
+        let mut value = right[k].map(|v| v / diagonal[k]);
+        if k + 1 < n {
+            value = minus(value, first[k], right[k + 1]);
         }
+        if k + 2 < n {
+            value = minus(value, second[k], right[k + 2]);
+        }
+        right[k] = value;
     }
+}
+
+/// a − f b.
+fn minus<const D: usize>(a: [f64; D], f: f64, b: [f64; D]) -> [f64; D] {
+    std::array::from_fn(|d| a[d] - f * b[d])
 }
 
 #[cfg(test)]

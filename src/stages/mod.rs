@@ -7,6 +7,7 @@ pub mod cameras;
 pub mod capture;
 pub mod evaluate;
 pub mod extract;
+pub mod labels;
 pub mod merge;
 pub mod overlay;
 pub mod photograph;

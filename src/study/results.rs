@@ -40,6 +40,7 @@ pub fn write(
     let put = |node: NodeId, member: &str, name: &str| copy(&report.artefact(node)?.path(member)?, &to.join(name));
     put(nodes.extract, "root_voxels.csv", "root_voxels.csv")?;
     put(nodes.volume, "volume.ome.zarr", "volume.ome.zarr")?;
+    put(nodes.labels, "labels", "volume.ome.zarr/labels")?;
     for (photo, &overlay) in nodes.photos.iter().zip(&nodes.overlays) {
         let stem = Path::new(photo).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         put(overlay, "overlay.jpg", &format!("overlays/{stem}.jpg"))?;

@@ -121,6 +121,11 @@ impl Settings {
         let from_command = overrides.iter().any(|o| o.trim_start().starts_with("photos.dir"));
         let base = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
         let input_dir = base.join(&photos.dir);
+        let source = if simulated {
+            Source::Simulated(Box::new(simulate))
+        } else {
+            Source::Files(find_photographs(&input_dir, &photos)?)
+        };
         let tank = tank.resolve(&input_dir)?;
         let depth_mm = grid.depth.unwrap_or_else(|| tank.floor_mm());
         let name =
@@ -131,11 +136,7 @@ impl Settings {
         }
         Ok(Self {
             name,
-            source: if simulated {
-                Source::Simulated(Box::new(simulate))
-            } else {
-                Source::Files(find_photographs(&input_dir, &photos)?)
-            },
+            source,
             input_dir,
             cameras,
             grid: Grid::of_tank(&tank, grid.spacing, depth_mm)?,

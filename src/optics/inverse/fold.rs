@@ -26,13 +26,27 @@ impl Fold {
         };
         let mut terms = 8;
         loop {
-            let fold = Self { series: chebyshev(&ratio, terms), scale };
+            let mut fold = Self { series: chebyshev(&ratio, terms), scale };
             let tail: f64 = fold.series[terms - 2..].iter().map(|c| c.abs()).sum();
-            if tail < 1e-10 * fold.series[0] || terms >= 64 {
+            if tail < 1e-10 * fold.series[0] {
+                return fold;
+            }
+            if terms >= 64 {
+                fold.stay_within(&ratio);
                 return fold;
             }
             terms *= 2;
         }
+    }
+
+    /// Lowers a series that did not converge (the fold has a kink where another wall takes over) until it
+    /// nowhere exceeds the fold.
+    fn stay_within(&mut self, ratio: &dyn Fn(f64) -> f64) {
+        let excess = (0..=256)
+            .map(|i| i as f64 / 128.0 - 1.0)
+            .map(|t| self.ratio((t + 1.0) / self.scale) / ratio(t))
+            .fold(1.0, f64::max);
+        self.series.iter_mut().for_each(|c| *c /= excess * (1.0 + 1e-6));
     }
 
     /// b_fold / N₁ at `s²` (Clenshaw).

@@ -12,7 +12,8 @@
 //!
 //! Rays that carry no evidence are told by the heights at which they meet the walls: over the rim, below
 //! the floor's underside, through an opaque belt, or into the water above its surface or below the inner
-//! floor.
+//! floor. Rays steeper than 48 degrees against the horizontal are left out: cameras look from the side, and such
+//! rays may cross in the water although each is regular by its exit point.
 
 mod fold;
 mod path;
@@ -24,6 +25,9 @@ use fold::Fold;
 use path::Path;
 pub use solve::{LANES, Lanes};
 
+/// Rays steeper than this (sine against the horizontal, in air; 48 degrees) are not followed.
+const STEEPEST_SINE: f64 = 0.75;
+
 /// The map from the water to one view's pixels.
 #[derive(Debug, Clone)]
 pub struct ViewMap {
@@ -33,7 +37,7 @@ pub struct ViewMap {
     fold: Fold,
     /// cos and sin of the camera's azimuth.
     turn: (f64, f64),
-    /// Range of s of the rays that meet the outer wall between rim and underside.
+    /// Range of s of the rays that meet the outer wall between rim and underside and are not too steep.
     s_range: (f64, f64),
 }
 
@@ -99,7 +103,7 @@ impl ViewMap {
         }
         // The steepest ray to a height of the wall is the one straight at the axis.
         let s_to = |z: f64| index.air * (z - c.z) / (z - c.z).hypot(r0 - tank.radius_mm);
-        let bound = 0.9999 * index.air.min(index.wall).min(index.water);
+        let bound = steepest(&path);
         let s_range = (s_to(0.0).min(0.0).max(-bound), s_to(tank.height_mm).max(0.0).min(bound));
         let fold = Fold::new(&path, s_range.0.abs().max(s_range.1).max(1e-3));
         Ok(Self { view: view.clone(), tank: tank.clone(), path, fold, turn: (c.x / r0, c.y / r0), s_range })
@@ -163,6 +167,16 @@ impl ViewMap {
         let out = -(1.0 - along * along - z * z).sqrt();
         Vec3::new(out * self.turn.0 - along * self.turn.1, out * self.turn.1 + along * self.turn.0, z)
     }
+}
+
+/// Largest |s| in use. Very steep rays cross each other: on the axis from the s on at which the exit
+/// determinant vanishes for b = 0, beside it somewhat earlier.
+fn steepest(path: &Path) -> f64 {
+    let [n1, n2, n3] = path.n_squared.map(f64::sqrt);
+    let most = STEEPEST_SINE * n1.min(n2).min(n3);
+    let steps = 1000.0;
+    let crossing = (1..1000).map(|i| most * f64::from(i) / steps).find(|&s| path.exit_determinant(0.0, s) >= 0.0);
+    crossing.map_or(most, |s| STEEPEST_SINE * s)
 }
 
 #[cfg(test)]
