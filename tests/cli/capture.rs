@@ -7,26 +7,10 @@ use std::sync::OnceLock;
 use tempfile::TempDir;
 
 /// The study that the capture is made from; small enough for a second.
-pub const SIMULATED: &str = r#"
-[study]
-name = "tiny"
-[tank]
-radius = 30.0
-height = 70.0
-wall = 2.0
-water_level = 5.0
-belts = [[0.0, 8.0], [62.0, 70.0]]
-[simulate]
-seed = 3
-capture = { views = 6, width = 160, height = 120, supersampling = 1 }
-growth = { main = { length_mm = 50.0 }, first_order = { count = 6, length_mm = 20.0 }, second_order = { count = 0 } }
-[grid]
-spacing = 1.0
-depth = 60.0
-"#;
+const SIMULATED: &str = include_str!("../data/tiny.toml");
 
 /// A study over a folder of the form that `rootvox simulate` writes.
-pub const FROM_FILES: &str = r#"
+const FROM_FILES: &str = r#"
 [study]
 name = "tiny"
 [photos]

@@ -2,4 +2,5 @@
 
 mod bad_input;
 mod capture;
+mod kill;
 mod runs;
