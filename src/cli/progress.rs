@@ -51,7 +51,7 @@ impl Display {
                 self.step(&mut state);
                 self.warn(*node, warnings);
             }
-            Event::Started { node } => {
+            Event::Started { node, .. } => {
                 if self.terminal {
                     let bar = self.bars.insert_from_back(1, ProgressBar::new(0));
                     bar.set_style(style("  {msg:24} {bar:20} {percent:>3}%  {elapsed}"));
@@ -80,12 +80,7 @@ impl Display {
                 self.end(&mut state, *node);
                 self.say(&format!("{}: failed", self.label(*node)));
             }
-            Event::Skipped { node } => {
-                self.step(&mut state);
-                if !self.terminal {
-                    self.say(&format!("{}: skipped", self.label(*node)));
-                }
-            }
+            Event::Skipped { .. } => self.step(&mut state),
         }
     }
 

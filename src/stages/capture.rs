@@ -1,9 +1,9 @@
 //! Grows a root system and stands a camera before its tank: the truth of a simulated capture.
-//! In: nothing. Out: cameras, lens, roots (JSON), and the same as files: cameras.json, tank.json, roots.json.
+//! In: nothing. Out: cameras, lens, roots (JSON).
 
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
-use crate::formats::{NamedView, cameras_json, roots_json, tank_json};
+use crate::formats::NamedView;
 use crate::optics::Tank;
 use crate::simulation::{CaptureParams, GrowthParams, PictureFormat, capture, grow};
 use serde::Serialize;
@@ -43,9 +43,6 @@ impl Stage for Capture {
             .collect();
         output.json("lens", &views[0].view.lens)?;
         output.json("cameras", &views)?;
-        output.json("roots", &roots)?;
-        output.bytes("cameras.json", cameras_json::write(&views)?.as_bytes())?;
-        output.bytes("tank.json", tank_json::write(&self.tank)?.as_bytes())?;
-        output.bytes("roots.json", roots_json::write(&roots)?.as_bytes())
+        output.json("roots", &roots)
     }
 }

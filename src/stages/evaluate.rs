@@ -24,11 +24,14 @@ impl Stage for Evaluate {
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let truth = inputs.one("truth")?;
-        let member = if truth.has("roots.json") { "roots.json" } else { "file" };
-        let name = truth.path(member)?.display().to_string();
-        let text = String::from_utf8(truth.bytes(member)?)
-            .map_err(|_| Error::failed(format!("`{name}` is no text")).help("truth.roots names a roots.json"))?;
-        let roots = roots_json::parse(&name, &text)?;
+        let roots = if truth.has("roots") {
+            truth.json("roots")?
+        } else {
+            let name = truth.path("file")?.display().to_string();
+            let text = String::from_utf8(truth.bytes("file")?)
+                .map_err(|_| Error::failed(format!("`{name}` is no text")).help("truth.roots names a roots.json"))?;
+            roots_json::parse(&name, &text)?
+        };
         let points: Vec<[f64; 3]> =
             extract::read(inputs.one("roots")?)?.iter().map(|p| p.point_mm.map(f64::from)).collect();
         output.json("score", &score(&roots, &self.tank, Found::Points(&points), &self.params)?)

@@ -7,12 +7,14 @@ pub mod cameras;
 pub mod capture;
 pub mod evaluate;
 pub mod extract;
+pub mod labels;
 pub mod merge;
 pub mod overlay;
 pub mod photograph;
 pub mod render;
 pub mod rootness;
 pub mod suppress;
+pub mod trace;
 pub mod undistort;
 pub mod volume;
 

@@ -37,7 +37,7 @@ impl Stage for Overlay {
             .iter()
             .filter_map(|r| {
                 let [x, y, z] = r.point_mm.map(f64::from);
-                let p = map.project(&Vec3::new(x, y, z))?;
+                let p = map.project(&Vec3::new(x, y, z)).filter(|p| p.clear)?;
                 Some(Mark { u: p.u, v: p.v, colour: palette::distinct(r.component as usize) })
             })
             .collect();

@@ -1,12 +1,12 @@
 //! Takes one photograph of a simulated plant, by forward ray tracing.
-//! In: capture. Out: file (JPEG or PNG).
+//! In: capture. Out: file (JPEG or PNG, with the focal length as EXIF).
 
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
-use crate::formats::{NamedView, picture};
+use crate::formats::{self, NamedView};
 use crate::optics::{Tank, View};
 use crate::roots::Root;
-use crate::simulation::{CaptureParams, PictureFormat, Scene};
+use crate::simulation::{CaptureParams, Scene};
 use serde::Serialize;
 
 /// One photograph of a simulated capture.
@@ -33,10 +33,8 @@ impl Stage for Photograph {
         let scene = Scene::new(&self.tank, &roots, &views, &self.capture, self.seed)?;
         progress.total(self.capture.height as u64);
         let photo = scene.photograph(self.view, &|rows| progress.advance(rows));
-        let bytes = match self.capture.format {
-            PictureFormat::Jpeg => picture::jpeg(photo.view(), self.capture.jpeg_quality)?,
-            PictureFormat::Png => picture::png(photo.view())?,
-        };
+        let CaptureParams { format, jpeg_quality, focal_35mm, .. } = self.capture;
+        let bytes = formats::photograph::photograph(photo.view(), format, jpeg_quality, focal_35mm)?;
         output.bytes("file", &bytes)
     }
 }

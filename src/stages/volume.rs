@@ -1,21 +1,18 @@
-//! Writes the volumes as an OME-Zarr 0.5 with a pyramid: merged colours and rootness as channels, roots
-//! as labels.
-//! In: merged, rootness, roots. Out: volume.ome.zarr (folder).
+//! Writes the volumes as an OME-Zarr 0.5 with a pyramid: merged colours and rootness as channels.
+//! In: merged, rootness. Out: volume.ome.zarr (folder, without its labels: `labels.rs`).
 //!
-//! Intensities are halved by their mean, rootness and labels by their maximum. Grids finer than
-//! [`MOST_VOXELS`] begin their pyramid at the first level that fits: the store has the full arrays.
+//! Intensities are halved by their mean, rootness by its maximum. Grids finer than [`MOST_VOXELS`] begin
+//! their pyramid at the first level that fits: the store has the full arrays.
 
-use super::{extract, four, slabs, three};
+use super::{four, slabs, three};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::ome_zarr::{self, Channel};
-use crate::store::{self, Element};
+use crate::store;
 use crate::volume::Grid;
-use crate::volume::pyramid::{halve_labels, halve_max, halve_mean, levels};
+use crate::volume::pyramid::{halve_max, halve_mean, levels};
 use ndarray::{Array3, ArrayView3, Axis, s};
 use serde::Serialize;
-use serde_json::Value;
-use std::path::Path;
 
 /// The OME-Zarr.
 #[derive(Debug, Clone, Serialize)]
@@ -47,14 +44,7 @@ impl Stage for Volume {
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let merged = inputs.one("merged")?.array::<f32>("merged")?;
         let rootness = inputs.one("rootness")?.array::<f32>("rootness")?;
-        let roots = extract::read(inputs.one("roots")?)?;
-
-        let mut finest = self.grid;
-        let mut skipped = 0;
-        while finest.len() > MOST_VOXELS {
-            finest = coarser(&finest);
-            skipped += 1;
-        }
+        let Shown { finest, skipped, levels: count } = Shown::new(&self.grid);
         if skipped > 0 {
             output.warn(format!(
                 "volume.ome.zarr begins at {} mm: the full grid of {} voxels stays in the store",
@@ -62,10 +52,9 @@ impl Stage for Volume {
                 self.grid.len()
             ));
         }
-        let count = levels(finest.shape, COARSEST);
         let folder = output.folder("volume.ome.zarr")?;
         store::write_group(&folder, &ome_zarr::image("volume", &finest, count, &CHANNELS))?;
-        progress.total(CHANNELS.len() as u64 + 1);
+        progress.total(CHANNELS.len() as u64);
 
         let mut shapes = vec![finest];
         for l in 1..count {
@@ -97,25 +86,7 @@ impl Stage for Volume {
             }
             progress.advance(1);
         }
-        for writer in writers {
-            writer.finish()?;
-        }
-
-        let mut labels = Array3::<u32>::zeros(self.grid.shape);
-        let flat = labels.as_slice_mut().ok_or_else(|| Error::failed("labels are not contiguous"))?;
-        for root in &roots {
-            if let Some(label) = flat.get_mut(root.index as usize) {
-                *label = root.component + 1;
-            }
-        }
-        for _ in 0..skipped {
-            labels = halve_labels(labels.view());
-        }
-        let group = folder.join("labels");
-        store::write_group(&group, &ome_zarr::labels(&["roots"]))?;
-        pyramid(&group.join("roots"), &ome_zarr::label_image("roots", &finest, count), labels, count, halve_labels)?;
-        progress.advance(1);
-        Ok(())
+        writers.into_iter().try_for_each(|writer| writer.finish())
     }
 }
 
@@ -141,6 +112,27 @@ impl Volume {
     }
 }
 
+/// What of a grid is shown.
+pub(crate) struct Shown {
+    /// Grid of the finest level.
+    pub(crate) finest: Grid,
+    /// Halvings between the full grid and the finest level.
+    pub(crate) skipped: u32,
+    /// Number of levels.
+    pub(crate) levels: usize,
+}
+
+impl Shown {
+    pub(crate) fn new(full: &Grid) -> Self {
+        let (mut finest, mut skipped) = (*full, 0);
+        while finest.len() > MOST_VOXELS {
+            finest = coarser(&finest);
+            skipped += 1;
+        }
+        Self { finest, skipped, levels: levels(finest.shape, COARSEST) }
+    }
+}
+
 /// The grid of the next coarser level: the first voxel covers the first two of each axis.
 fn coarser(grid: &Grid) -> Grid {
     Grid {
@@ -148,21 +140,4 @@ fn coarser(grid: &Grid) -> Grid {
         spacing_mm: grid.spacing_mm * 2.0,
         shape: grid.shape.map(|n| n.div_ceil(2)),
     }
-}
-
-fn pyramid<T: Element>(
-    folder: &Path,
-    attributes: &Value,
-    mut level: Array3<T>,
-    count: usize,
-    halve: fn(ArrayView3<T>) -> Array3<T>,
-) -> Result<()> {
-    store::write_group(folder, attributes)?;
-    for l in 0..count {
-        let mut writer = store::write_array::<T>(&folder.join(l.to_string()), level.shape(), &["z", "y", "x"])?;
-        writer.push(level.view().into_dyn())?;
-        writer.finish()?;
-        level = halve(level.view());
-    }
-    Ok(())
 }

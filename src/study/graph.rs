@@ -9,6 +9,7 @@ use crate::stages::cameras::Cameras;
 use crate::stages::capture::{Capture, photo_name};
 use crate::stages::evaluate::Evaluate;
 use crate::stages::extract::Extract;
+use crate::stages::labels::Labels;
 use crate::stages::merge::Merge;
 use crate::stages::overlay::Overlay;
 use crate::stages::photograph::Photograph;
@@ -23,10 +24,16 @@ use crate::stages::volume::Volume;
 pub struct StudyNodes {
     /// Name of each photograph, in capture order.
     pub photos: Vec<String>,
+    /// The photographs themselves.
+    pub photo_nodes: Vec<NodeId>,
+    /// Lens and poses; of a simulated capture the true roots too.
+    pub cameras: NodeId,
     /// The extracted root voxels.
     pub extract: NodeId,
-    /// The OME-Zarr.
+    /// The OME-Zarr image.
     pub volume: NodeId,
+    /// Its labels.
+    pub labels: NodeId,
     /// One overlay per photograph.
     pub overlays: Vec<NodeId>,
     /// The score, where the truth is known.
@@ -36,7 +43,7 @@ pub struct StudyNodes {
 impl StudyNodes {
     /// All nodes that a run brings up to date.
     pub fn targets(&self) -> Vec<NodeId> {
-        let mut targets = vec![self.extract, self.volume];
+        let mut targets = vec![self.extract, self.volume, self.labels];
         targets.extend(&self.overlays);
         targets.extend(self.score);
         targets
@@ -92,15 +99,21 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         }
     };
 
+    let is_virtual = s.render.is_virtual(&s.grid, photos.len());
     let mut views = Vec::new();
     let mut overlay_inputs = Vec::new();
-    for (name, photo) in photos.iter().zip(files) {
+    for (name, &photo) in photos.iter().zip(&files) {
         let camera = graph.add(&format!("camera/{name}"), Camera { photo: name.clone() }, &[("cameras", &[cameras])]);
         let undistorted =
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
         let render = Render { tank: s.tank.clone(), grid: s.grid };
         let ports: &[(&str, &[NodeId])] = &[("photo", &[undistorted]), ("camera", &[camera])];
-        views.push(graph.add(&format!("render/{name}"), render, ports));
+        let label = format!("render/{name}");
+        views.push(if is_virtual {
+            graph.add_virtual(&label, render, ports)
+        } else {
+            graph.add(&label, render, ports)
+        });
         overlay_inputs.push((name, undistorted, camera));
     }
     let merged = graph.add("merge", Merge { params: s.merge.clone() }, &[("views", &views)]);
@@ -118,11 +131,8 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             )
         })
         .collect();
-    let volume = graph.add(
-        "volume",
-        Volume { grid: s.grid },
-        &[("merged", &[merged]), ("rootness", &[rootness]), ("roots", &[extract])],
-    );
+    let volume = graph.add("volume", Volume { grid: s.grid }, &[("merged", &[merged]), ("rootness", &[rootness])]);
+    let labels = graph.add("labels", Labels { grid: s.grid }, &[("roots", &[extract])]);
     let score = truth.map(|truth| {
         let stage = Evaluate {
             tank: s.tank.clone(),
@@ -134,5 +144,5 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         };
         graph.add("evaluate", stage, &[("roots", &[extract]), ("truth", &[truth])])
     });
-    Ok(StudyNodes { photos, extract, volume, overlays, score })
+    Ok(StudyNodes { photos, photo_nodes: files, cameras, extract, volume, labels, overlays, score })
 }
