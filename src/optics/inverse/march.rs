@@ -1,8 +1,8 @@
 //! Rows of points at equal steps along x, [`LANES`] rows abreast: each column starts from the cubic
 //! extrapolation of the columns before it, so that one Newton step is mostly enough.
 //!
-//! A step is taken as the solution where it is under 1e-3 in b (mm) and 1e-5 in s and stays inside the
-//! innermost fold: what is left after it is of the order of its square over the tank's radius, 1e-8 mm. All
+//! A step is taken as the solution where it is under 3e-4 in b (mm) and 3e-6 in s and stays inside the
+//! innermost fold: what is left after it is of the order of its square over the tank's radius, 1e-9 mm. All
 //! other columns go to the safeguarded solution.
 
 use super::{Rays, ViewMap};
@@ -57,9 +57,10 @@ impl<'a> March<'a> {
             b[l] = w[0] * p0.0[l] + w[1] * p1.0[l] + w[2] * p2.0[l] + w[3] * p3.0[l];
             s[l] = w[0] * p0.1[l] + w[1] * p1.1[l] + w[2] * p2.1[l] + w[3] * p3.1[l];
         }
-        let mut lanes = Lanes { b, s, distance: [0.0; LANES] };
+        let guess = Lanes { b, s, distance: [0.0; LANES], density: [0.0; LANES] };
+        let mut lanes = guess;
         if !self.glide(&x, &y, wanted, &mut lanes) {
-            lanes = Lanes { b, s, distance: [0.0; LANES] };
+            lanes = guess;
             self.map.solve_rays(&x, &y, self.z, wanted, &mut lanes);
         }
         self.past = [(lanes.b, lanes.s), self.past[0], self.past[1], self.past[2]];
@@ -83,6 +84,7 @@ impl<'a> March<'a> {
                 let (b, s) = (lanes.b[l], lanes.s[l]);
                 let m = self.map.path.misses(b, s, x[l], y[l], self.z);
                 let inverse = 1.0 / (m.f1_b * m.f2_s - m.f1_s * m.f2_b);
+                lanes.density[l] = inverse.abs();
                 let db = (m.f2 * m.f1_s - m.f1 * m.f2_s) * inverse;
                 let ds = (m.f1 * m.f2_b - m.f2 * m.f1_b) * inverse;
                 lanes.b[l] = b + db;
@@ -90,7 +92,7 @@ impl<'a> March<'a> {
                 let within = (lanes.b[l] * lanes.b[l] < inside * (self.map.path.n_squared[0] - s * s))
                     & (lanes.s[l] > low)
                     & (lanes.s[l] < high);
-                let small = (db.abs() < 1e-3) & (ds.abs() < 1e-5);
+                let small = (db.abs() < 3e-4) & (ds.abs() < 3e-6);
                 strays[l] = if within & small { 0.0 } else { 1.0 };
             }
             let strays = (0..LANES).filter(|&l| wanted[l]).map(|l| strays[l]).sum::<f64>();

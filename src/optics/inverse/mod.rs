@@ -16,6 +16,7 @@
 //! rays may cross in the water although each is regular by its exit point.
 
 mod fold;
+mod irregular;
 mod march;
 mod path;
 mod solve;
@@ -64,6 +65,17 @@ pub struct Projection {
     pub water_z_mm: f64,
 }
 
+/// Where [`LANES`] points are seen.
+#[derive(Debug, Clone, Copy)]
+pub struct Pixels {
+    /// Pixel columns; NaN where nothing is seen.
+    pub u: [f64; LANES],
+    /// Pixel rows.
+    pub v: [f64; LANES],
+    /// Local magnification: the root of the picture's area, px², per area of water across the ray, mm².
+    pub px_per_mm: [f64; LANES],
+}
+
 /// Rays of N points by their invariants in the camera's turned frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Rays<const N: usize> {
@@ -73,6 +85,8 @@ pub struct Rays<const N: usize> {
     pub s: [f64; N],
     /// Distance of each point from its ray, mm; NaN where no ray can be given.
     pub distance: [f64; N],
+    /// |∂(b, s) / ∂(across, z)| at the point, 1/mm²: how many rays a patch of water holds.
+    pub density: [f64; N],
 }
 
 /// A ray by its invariants in the camera's turned frame, and how it misses the point it was solved for.
@@ -168,32 +182,52 @@ impl ViewMap {
         })
     }
 
+    /// Replaces the ray of each wanted lane that no regular ray meets by the closest irregular one, where that is
+    /// closer. `x`, `y`, `z` are the points in the tank frame, mm.
+    pub fn admit_irregular(&self, x: f64, y: &[f64; LANES], z: f64, wanted: &[bool; LANES], lanes: &mut Lanes) {
+        for l in (0..LANES).filter(|&l| wanted[l]) {
+            if lanes.distance[l] > 0.0 {
+                let (px, py) = self.turned(x, y[l]);
+                let found = self.irregular(px, py, z, (lanes.b[l], lanes.s[l]));
+                if found.distance < lanes.distance[l] {
+                    (lanes.b[l], lanes.s[l], lanes.distance[l]) = (found.b, found.s, found.distance);
+                }
+            }
+        }
+    }
+
     /// Ideal-lens pixels of the rays of `lanes`; NaN where the ray carries no evidence or lies behind the camera.
     #[inline(always)]
-    pub fn clear_pixels(&self, lanes: &Lanes) -> ([f64; LANES], [f64; LANES]) {
-        let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
+    pub fn clear_pixels(&self, lanes: &Lanes) -> Pixels {
+        let mut out = Pixels { u: [0.0; LANES], v: [0.0; LANES], px_per_mm: [0.0; LANES] };
         let (mut wall_z, mut water_z) = ([0.0; LANES], [0.0; LANES]);
         let lens = &self.view.lens;
         let inverse_n = 1.0 / self.path.n_squared[0].sqrt();
         let inverse_moment = inverse_n / self.path.r0;
+        let inverse_water = 1.0 / self.path.n_squared[2];
         let m = &self.cam_from_turned;
         for l in 0..LANES {
             (wall_z[l], water_z[l]) = self.path.entry_heights(lanes.b[l], lanes.s[l]);
             let (along, down) = (lanes.b[l] * inverse_moment, lanes.s[l] * inverse_n);
-            let out = -(1.0 - along * along - down * down).sqrt();
-            let x = m.m11 * out + m.m12 * along + m.m13 * down;
-            let y = m.m21 * out + m.m22 * along + m.m23 * down;
-            let z = m.m31 * out + m.m32 * along + m.m33 * down;
-            let scale = lens.focal_px / if z > 1e-12 { z } else { f64::NAN };
-            u[l] = x * scale + lens.cx;
-            v[l] = y * scale + lens.cy;
+            let inward = (1.0 - along * along - down * down).sqrt();
+            let x = m.m12 * along + m.m13 * down - m.m11 * inward;
+            let y = m.m22 * along + m.m23 * down - m.m21 * inward;
+            let z = m.m32 * along + m.m33 * down - m.m31 * inward;
+            let per_z = if z > 1e-12 { 1.0 / z } else { f64::NAN };
+            let scale = lens.focal_px * per_z;
+            out.u[l] = x * scale + lens.cx;
+            out.v[l] = y * scale + lens.cy;
+            // Solid angle in air of a patch of water across the ray, and its area on the picture.
+            let level = (1.0 - lanes.s[l] * lanes.s[l] * inverse_water).sqrt();
+            let solid_angle = lanes.density[l] * inverse_moment * inverse_n / (inward * level);
+            out.px_per_mm[l] = (scale * scale * per_z * solid_angle).sqrt();
         }
         for l in 0..LANES {
             if !self.is_clear(wall_z[l], water_z[l]) {
-                u[l] = f64::NAN;
+                out.u[l] = f64::NAN;
             }
         }
-        (u, v)
+        out
     }
 
     /// Whether a ray that meets the walls at these heights carries evidence.

@@ -21,7 +21,7 @@ impl ViewMap {
 
     /// Rays straight at the axis, half-way between the steepest ones: the guess from which any point is solved.
     pub(super) fn axis_rays<const N: usize>(&self) -> Rays<N> {
-        Rays { b: [0.0; N], s: [0.5 * (self.s_range.0 + self.s_range.1); N], distance: [0.0; N] }
+        Rays { b: [0.0; N], s: [0.5 * (self.s_range.0 + self.s_range.1); N], distance: [0.0; N], density: [0.0; N] }
     }
 
     /// Solves N points of one plane, given in the turned frame, starting from `rays`, which may be anything.
@@ -51,7 +51,11 @@ impl ViewMap {
         }
         for l in (0..N).filter(|&l| wanted[l] && !settled[l]) {
             match self.bisect(x[l], y[l], z) {
-                Some(found) => (rays.b[l], rays.s[l], rays.distance[l]) = (found.b, found.s, found.distance),
+                Some(found) => {
+                    (rays.b[l], rays.s[l], rays.distance[l]) = (found.b, found.s, found.distance);
+                    let m = self.path.misses(found.b, found.s, x[l], y[l], z);
+                    rays.density[l] = (1.0 / (m.f1_b * m.f2_s - m.f1_s * m.f2_b)).abs();
+                }
                 None => rays.distance[l] = f64::NAN,
             }
         }
@@ -84,6 +88,7 @@ impl ViewMap {
         for l in 0..N {
             let m = self.path.misses(b[l], s[l], x[l], y[l], z);
             let inverse = 1.0 / (m.f1_b * m.f2_s - m.f1_s * m.f2_b);
+            rays.density[l] = inverse.abs();
             free[l] = b[l] - (m.f1 * m.f2_s - m.f2 * m.f1_s) * inverse;
             f1[l] = m.f1;
             let per_s = 1.0 / m.f2_s;
@@ -101,12 +106,17 @@ impl ViewMap {
         let mut settled = [false; N];
         for l in 0..N {
             let outward = free[l].abs() > fold[l];
-            rays.b[l] =
+            let kept =
                 if outward { next_fold[l].copysign(free[l]) } else { free[l].max(-next_fold[l]).min(next_fold[l]) };
+            // Far from the point the slope may have the wrong sign and lead to the fold on the other side: back
+            // towards the axis.
+            let astray = outward & (f1[l] * free[l] < 0.0);
+            rays.b[l] = if astray { 0.5 * b[l] } else { kept };
             rays.distance[l] = if outward { f1[l].abs() } else { 0.0 };
             // At the end of the range of s a small step means nothing.
             let inside = (rays.s[l] > low) & (rays.s[l] < high);
-            settled[l] = ((rays.b[l] - b[l]).abs() < SETTLED) & ((rays.s[l] - s[l]).abs() < 1e-3 * SETTLED) & inside;
+            settled[l] =
+                ((rays.b[l] - b[l]).abs() < SETTLED) & ((rays.s[l] - s[l]).abs() < 1e-3 * SETTLED) & inside & !astray;
         }
         settled
     }

@@ -95,7 +95,7 @@ proptest! {
             let x = step * i as f64 - inner;
             let wanted: [bool; LANES] = std::array::from_fn(|l| x.hypot(y[l]) <= inner);
             let lanes = march.column(i, &wanted);
-            let (u, v) = map.clear_pixels(&lanes);
+            let Pixels { u, v, .. } = map.clear_pixels(&lanes);
             for l in (0..LANES).filter(|&l| wanted[l]) {
                 match map.project(&Vec3::new(x, y[l], z)) {
                     None => prop_assert!(lanes.distance[l].is_nan() || u[l].is_nan()),
