@@ -1,1 +1,5 @@
 //! Textbook numerics that no kept crate offers.
+
+pub mod robust;
+
+pub use robust::Loss;
