@@ -5,10 +5,13 @@
 //! the tank's silhouettes (the paper's way), and [`adjust`] adjusts cameras, lens and belt points together.
 
 pub mod adjust;
+pub mod masks;
 pub mod outline;
 pub mod patches;
+pub mod register;
 pub mod similarity;
 pub mod sparse;
 pub mod start;
 
+pub use register::{RegisterParams, Registration, register};
 pub use sparse::SparseModel;

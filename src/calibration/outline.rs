@@ -16,6 +16,7 @@
 use super::adjust::{OutlinePoint, Ring};
 use crate::math::robust::median;
 use crate::optics::{Vec3, View};
+use crate::photo::colour::linear_of_srgb;
 use ndarray::ArrayView2;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -49,9 +50,9 @@ impl Default for OutlineParams {
 /// Step of the samples along a profile, px.
 const STEP: f64 = 0.25;
 
-/// Edge points of one ring in one photograph (grey, 0..1); `reach_mm` as in [`OutlineParams`].
+/// Edge points of one ring in one photograph (gray, 0..255); `reach_mm` as in [`OutlineParams`].
 pub fn measure(
-    photo: ArrayView2<f32>,
+    photo: ArrayView2<u8>,
     view: &View,
     view_index: usize,
     ring: &Ring,
@@ -78,6 +79,16 @@ pub fn measure(
         return Vec::new();
     };
     let reach_px = (reach_mm * (a.0 - b.0).hypot(a.1 - b.1)).max(6.0);
+    // Less far outwards where the picture ends.
+    let out = ((b.0 - a.0) * ring.outward, (b.1 - a.1) * ring.outward);
+    let length = out.0.hypot(out.1).max(1e-6);
+    let room = (0..reach_px as usize)
+        .take_while(|&s| {
+            let s = s as f64 + 2.0;
+            bilinear(photo, a.0 + s * out.0 / length, a.1 + s * out.1 / length).is_some()
+        })
+        .count() as f64;
+    let outer_px = reach_px.min(room);
     while azimuth < high {
         let on_ring = |a: f64| Vec3::new(ring.radius_mm * a.cos(), ring.radius_mm * a.sin(), ring.z_mm);
         let x = on_ring(azimuth);
@@ -96,14 +107,14 @@ pub fn measure(
         if normal.0 * out.0 + normal.1 * out.1 < 0.0 {
             normal = (-normal.0, -normal.1);
         }
-        if let Some(values) = profile(photo, p, normal, reach_px) {
+        if let Some(values) = profile(photo, p, normal, outer_px, reach_px) {
             columns.push(Column { azimuth: x.y.atan2(x.x), pixel: p, normal, values });
         }
     }
     let per_bin = columns.len().div_ceil(params.bins).max(1);
     let mut points = Vec::new();
     for stretch in columns.chunks(per_bin).filter(|s| 2 * s.len() > per_bin && s.len() >= 8) {
-        if let Some(s) = edge(stretch, reach_px, params) {
+        if let Some(s) = edge(stretch, outer_px, params) {
             let c = &stretch[stretch.len() / 2];
             points.push(OutlinePoint {
                 view: view_index,
@@ -115,6 +126,17 @@ pub fn measure(
         }
     }
     points
+}
+
+/// Height in the tank frame at which the view shows an edge point, on the ring's cylinder, mm; `None`
+/// where the line of sight runs along it.
+pub fn height_mm(view: &View, ring: &Ring, point: &OutlinePoint) -> Option<f64> {
+    let x = Vec3::new(ring.radius_mm * point.azimuth.cos(), ring.radius_mm * point.azimuth.sin(), ring.z_mm);
+    let (p, q) = (pixel(view, &x)?, pixel(view, &(x + Vec3::z()))?);
+    let down = (q.0 - p.0, q.1 - p.1);
+    let length = down.0 * down.0 + down.1 * down.1;
+    let moved = (point.u - p.0) * down.0 + (point.v - p.1) * down.1;
+    (length > 1e-6).then(|| ring.z_mm + moved / length)
 }
 
 /// A profile across the predicted edge, from the outer end to the inner.
@@ -131,44 +153,44 @@ fn pixel(view: &View, x: &Vec3) -> Option<(f64, f64)> {
 }
 
 /// Grey values from the outer end to the inner; `None` where the profile leaves the picture.
-fn profile(photo: ArrayView2<f32>, p: (f64, f64), normal: (f64, f64), reach_px: f64) -> Option<Vec<f64>> {
-    let n = (2.0 * reach_px / STEP).ceil() as usize + 1;
+fn profile(photo: ArrayView2<u8>, p: (f64, f64), normal: (f64, f64), outer_px: f64, inner_px: f64) -> Option<Vec<f64>> {
+    let n = ((outer_px + inner_px) / STEP).ceil() as usize + 1;
     (0..n)
         .map(|k| {
-            let s = reach_px - STEP * k as f64;
+            let s = outer_px - STEP * k as f64;
             bilinear(photo, p.0 + s * normal.0, p.1 + s * normal.1)
         })
         .collect()
 }
 
-/// Linear light of an sRGB value (IEC 61966-2-1), both 0..1: a pixel on the edge mixes light, not code.
-fn linear(x: f64) -> f64 {
-    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
-}
-
-fn bilinear(photo: ArrayView2<f32>, u: f64, v: f64) -> Option<f64> {
+/// In linear light: a pixel on the edge mixes light, not code.
+fn bilinear(photo: ArrayView2<u8>, u: f64, v: f64) -> Option<f64> {
     let (h, w) = photo.dim();
     if !(u >= 0.0 && v >= 0.0 && u < w as f64 - 1.0 && v < h as f64 - 1.0) {
         return None;
     }
     let (x, y) = (u as usize, v as usize);
     let (a, b) = (u - x as f64, v - y as f64);
-    let at = |j: usize, i: usize| linear(f64::from(photo[(j, i)]));
+    let at = |j: usize, i: usize| f64::from(linear_of_srgb(f32::from(photo[(j, i)]) / 255.0));
     Some((1.0 - b) * ((1.0 - a) * at(y, x) + a * at(y, x + 1)) + b * ((1.0 - a) * at(y + 1, x) + a * at(y + 1, x + 1)))
 }
 
 /// Signed place of the edge along the normal (outward positive), px from the prediction.
-fn edge(stretch: &[Column], reach_px: f64, params: &OutlineParams) -> Option<f64> {
+fn edge(stretch: &[Column], outer_px: f64, params: &OutlineParams) -> Option<f64> {
     let n = stretch[0].values.len();
     let px = |x: f64| (x / STEP) as usize;
-    let first = crossing(stretch, 0..n / 4, 3 * n / 4..n, params)?;
+    let margin = ((0.4 * outer_px / STEP) as usize).max(px(1.5));
+    if margin >= n {
+        return None;
+    }
+    let first = crossing(stretch, 0..margin, margin..n, params)?;
     let k = first as usize;
     let outside = k.saturating_sub(px(4.0))..k.saturating_sub(px(1.5));
     let inside = (k + px(1.5)).min(n)..(k + px(4.0)).min(n);
     if outside.len() < px(1.0) || inside.len() < px(1.0) {
         return None;
     }
-    Some(reach_px - STEP * crossing(stretch, outside, inside, params)?)
+    Some(outer_px - STEP * crossing(stretch, outside, inside, params)?)
 }
 
 /// Index (fractional) at which α passes 1/2 for the first time from the outside inwards.
@@ -181,7 +203,11 @@ fn crossing(stretch: &[Column], outside: Range<usize>, inside: Range<usize>, par
             *v += (x - base).powi(2) / stretch.len() as f64;
         }
     }
-    let (low, high) = (median(&mut power[outside.clone()].to_vec()), median(&mut power[inside].to_vec()));
+    let low = median(&mut power[outside.clone()].to_vec());
+    // The upper quartile: the print may end within the profile.
+    let mut within = power[inside].to_vec();
+    within.sort_by(f64::total_cmp);
+    let high = within[3 * within.len() / 4];
     if high.sqrt() < low.sqrt() + params.min_contrast || high < 9.0 * low {
         return None;
     }

@@ -27,13 +27,13 @@ pub struct PatchParams {
     /// Largest angle between the line of sight and the wall's normal, degrees, 20..75; beyond it the
     /// print is foreshortened to less than half.
     pub max_incidence_deg: f64,
-    /// Smallest standard deviation of grey values (0..1) within a patch; 0.02 is 5 of 255.
+    /// Smallest standard deviation of gray values (of 255) within a patch: some times the noise.
     pub min_deviation: f64,
     /// Smallest correlation of a patch with the mean of the others, 0..1.
     pub min_correlation: f64,
     /// Largest shift, px: the geometry is known to a pixel or so.
     pub max_shift_px: f64,
-    /// How many points are matched, the longest tracks first.
+    /// How many points are matched at most.
     pub max_points: usize,
 }
 
@@ -42,7 +42,7 @@ impl Default for PatchParams {
         Self {
             half_px: 6,
             max_incidence_deg: 60.0,
-            min_deviation: 0.02,
+            min_deviation: 5.0,
             min_correlation: 0.8,
             max_shift_px: 3.0,
             max_points: 3000,
@@ -50,18 +50,41 @@ impl Default for PatchParams {
     }
 }
 
-/// Indices of the tracks to match: the longest, ties in their order; returned ascending.
-pub fn choose(tracks: &[Vec<Sighting>], params: &PatchParams) -> Vec<usize> {
+/// How many patches share a pixel where points are chosen as densely as [`choose`] allows.
+pub const REDUNDANCY: f64 = 4.0;
+
+/// Indices of the points to match, ascending: the longest tracks first (ties in their order), each at
+/// least half a patch away from those before: each part of the print is then matched [`REDUNDANCY`] times.
+pub fn choose(tracks: &[Vec<Sighting>], views: &[View], points_mm: &[Vec3], params: &PatchParams) -> Vec<usize> {
+    let nearest = |x: &Vec3| {
+        let distance = |v: &View| (v.centre_in_tank() - x).norm() / v.lens.focal_px;
+        views.iter().map(distance).fold(f64::INFINITY, f64::min)
+    };
     let mut order: Vec<usize> = (0..tracks.len()).collect();
     order.sort_by_key(|&k| std::cmp::Reverse(tracks[k].len()));
-    order.truncate(params.max_points);
-    order.sort_unstable();
-    order
+    let mut chosen: Vec<usize> = Vec::new();
+    for k in order {
+        let x = &points_mm[k];
+        let apart = 0.5 * (2 * params.half_px + 1) as f64 * nearest(x);
+        // On the belt a patch is a square: the larger of arc and height counts.
+        let free = |&c: &usize| {
+            let y = &points_mm[c];
+            (x.z - y.z).abs() >= apart || (x.xy() - y.xy()).norm() >= apart
+        };
+        if chosen.iter().all(free) {
+            chosen.push(k);
+        }
+        if chosen.len() == params.max_points {
+            break;
+        }
+    }
+    chosen.sort_unstable();
+    chosen
 }
 
-/// Sightings of each point in all views that see it well; `photos` are grey, 0..1, one per view.
+/// Sightings of each point in all views that see it well; `photos` are gray, 0..255, one per view.
 pub fn relocate(
-    photos: &[ArrayView2<f32>],
+    photos: &[ArrayView2<u8>],
     views: &[View],
     points_mm: &[Vec3],
     params: &PatchParams,
@@ -77,7 +100,7 @@ struct Seen {
     values: Array2<f64>,
 }
 
-fn track(photos: &[ArrayView2<f32>], views: &[View], point_mm: &Vec3, params: &PatchParams) -> Vec<Sighting> {
+fn track(photos: &[ArrayView2<u8>], views: &[View], point_mm: &Vec3, params: &PatchParams) -> Vec<Sighting> {
     let radius = point_mm.x.hypot(point_mm.y);
     let azimuth = point_mm.y.atan2(point_mm.x);
     let mut mm_per_px = f64::INFINITY;
@@ -136,7 +159,7 @@ fn track(photos: &[ArrayView2<f32>], views: &[View], point_mm: &Vec3, params: &P
 /// Samples the patch around (radius, azimuth, z), shifted (along the belt, down) in mm; rows run down.
 /// `None` where it leaves the picture or shows too little.
 fn patch(
-    photo: ArrayView2<f32>,
+    photo: ArrayView2<u8>,
     view: &View,
     at: (f64, f64, f64),
     shift: (f64, f64),
@@ -200,7 +223,7 @@ fn alignment(patch: &Array2<f64>, reference: &Array2<f64>, params: &PatchParams)
 }
 
 /// Catmull-Rom interpolation; `None` within two pixels of the border.
-fn cubic(photo: ArrayView2<f32>, u: f64, v: f64) -> Option<f64> {
+fn cubic(photo: ArrayView2<u8>, u: f64, v: f64) -> Option<f64> {
     let (h, w) = photo.dim();
     if !(u >= 1.0 && v >= 1.0 && u < w as f64 - 2.0 && v < h as f64 - 2.0) {
         return None;

@@ -1,1 +1,49 @@
-//! One file per subcommand.
+//! The command line: one file per subcommand.
+//!
+//! stdout carries data, stderr everything else. Exit codes: 0 done, 1 failed, 2 bad usage or study
+//! file, 130 interrupted.
+
+mod cancel;
+pub mod complaint;
+mod doctor;
+mod evaluate;
+mod options;
+mod progress;
+mod run;
+mod score_table;
+mod simulate;
+
+use crate::error::Result;
+use clap::{Parser, Subcommand};
+
+/// 3D root systems from photographs of a plant in a water-filled transparent cylinder.
+///
+/// A study is a TOML file that names photographs, cameras and tank; see pipelines/ for examples.
+/// Start with:  rootvox run pipelines/quickstart.toml
+#[derive(Parser)]
+#[command(name = "rootvox", version, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Run(run::Run),
+    Simulate(simulate::Simulate),
+    Evaluate(evaluate::Evaluate),
+    Doctor(doctor::Doctor),
+}
+
+/// Parses the arguments of this process and does what they say.
+///
+/// # Errors
+/// Whatever the subcommand met; the error's kind decides the exit code.
+pub fn run() -> Result<()> {
+    match Arguments::parse().command {
+        Command::Run(c) => c.run(),
+        Command::Simulate(c) => c.run(),
+        Command::Evaluate(c) => c.run(),
+        Command::Doctor(c) => c.run(),
+    }
+}

@@ -1,1 +1,19 @@
-//! The engine: keys, graph, schedule, events; knows nothing of roots.
+//! The engine: an incremental dataflow over the store; knows nothing of roots.
+//!
+//! A [`Graph`] of files and [`Stage`]s is brought up to date by an [`Engine`]: every node whose key the store knows is
+//! a hit, all others run, as many at once as threads and memory allow. A node's key holds the *digests* of its inputs:
+//! a stage that runs again and gives the same values leaves everything downstream untouched.
+
+mod engine;
+mod event;
+mod graph;
+mod key;
+mod run;
+mod schedule;
+mod stage;
+
+pub use crate::store::{Artefact, Output};
+pub use engine::{Engine, Report};
+pub use event::Event;
+pub use graph::{Graph, NodeId};
+pub use stage::{Inputs, Progress, Stage, Streamed};

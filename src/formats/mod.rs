@@ -3,6 +3,10 @@
 pub mod cameras_json;
 pub mod colmap;
 pub mod json;
+pub mod ome_zarr;
+pub mod photograph;
+pub mod picture;
+pub mod points_csv;
 pub mod roots_json;
 pub mod tables;
 pub mod tank_json;

@@ -9,11 +9,13 @@
 //! - Ray directions are unit vectors unless a name says otherwise.
 
 pub mod camera;
+pub mod inverse;
 pub mod lens;
 pub mod tank;
 pub mod trace;
 
 pub use camera::View;
+pub use inverse::{Projection, ViewMap};
 pub use lens::{Distortion, Lens};
 pub use tank::{Index, Tank};
 pub use trace::{WaterRay, trace};

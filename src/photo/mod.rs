@@ -1,1 +1,13 @@
-//! 2-D pictures: load, undistort, colour, sampling.
+//! 2-D pictures: decoding, undistortion, colour, sampling.
+
+pub mod colour;
+pub mod decode;
+pub mod gray;
+pub mod undistort;
+
+pub use decode::decode;
+pub use gray::gray;
+pub use undistort::undistort;
+
+/// A photograph: (y, x, rgb), 8 bits as encoded (sRGB).
+pub type Picture = ndarray::Array3<u8>;

@@ -1,1 +1,4 @@
-//! Overlays, figures, the HTML report.
+//! Overlays, figures, the HTML report: pictures and pages as values, no files.
+
+pub mod overlay;
+pub mod palette;

@@ -1,1 +1,245 @@
-//! The cache on disk.
+//! The cache on disk: every node's result under the name of the work that made it.
+//!
+//! ```text
+//! cache/                          any folder; `CACHEDIR.TAG` keeps it out of backups, `.gitignore` out of git
+//! └── v1/                         version of the layout; another version is another folder
+//!     ├── nodes/
+//!     │   └── merge/              one folder per stage
+//!     │       └── 4be1…/          one per key (64 hexadecimal letters); a Zarr group where it holds arrays
+//!     │           ├── manifest.json   who made it from what; present means complete
+//!     │           ├── zarr.json
+//!     │           ├── merged/         a member: array `merged`
+//!     │           └── summary.json    a member: JSON value `summary`
+//!     ├── history/merge.jsonl     one line per run, for estimates and for `why`; may be lost without harm
+//!     ├── files.json              digests of input files, by path, size, times and inode; may be lost without harm
+//!     ├── locks/                  one file per node being computed; a courtesy, correctness does not rest on it
+//!     └── tmp/                    results being written, one folder per process; swept when the process is gone
+//! ```
+//!
+//! A node is written in `tmp/`, brought to the disk, and published by one rename; so a reader sees all of it or
+//! nothing, whenever the writer dies. A rename onto an existing node means that somebody else published the same
+//! work first, which is success.
+
+mod array;
+mod artefact;
+mod canonical;
+mod claim;
+mod digest;
+mod element;
+mod files;
+mod free;
+mod history;
+mod manifest;
+mod output;
+mod remember;
+mod session;
+mod virtual_array;
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+pub use array::{ArrayReader, SlabWriter};
+pub use artefact::Artefact;
+pub use canonical::json as canonical_json;
+pub use claim::Claim;
+pub use digest::{ArrayHasher, Digest, Key};
+pub use element::{Dtype, Element};
+pub use free::{write_array, write_group};
+pub use history::Past;
+pub use manifest::{FORMAT, InputRecord, Manifest, Member, MemberKind};
+pub use output::Output;
+pub use virtual_array::{ArraySpec, Slab, SlabSource, VirtualArtefact, digest_of};
+
+use crate::error::{Error, Result};
+use remember::FileMemory;
+use session::Session;
+
+/// A store on disk. Cheap to clone; safe to share between threads and processes.
+#[derive(Clone)]
+pub struct Store(Arc<Inner>);
+
+struct Inner {
+    /// The folder that the user named.
+    home: PathBuf,
+    /// Its part of this layout's version.
+    root: PathBuf,
+    session: Mutex<Option<Arc<Session>>>,
+    memory: Mutex<FileMemory>,
+}
+
+/// A result being written.
+pub struct Draft {
+    /// Where the stage writes.
+    pub output: Output,
+    folder: PathBuf,
+    /// Keeps the process's folder of drafts from being swept.
+    _session: Arc<Session>,
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        // After publishing there is nothing left to remove.
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+impl Store {
+    /// Opens the store in the folder `home`, making it where it is missing.
+    ///
+    /// A store that cannot be written opens all the same if it is there: what it holds can be read.
+    pub fn open(home: &Path) -> Result<Self> {
+        let root = home.join(format!("v{FORMAT}"));
+        if !root.join("nodes").is_dir() {
+            let make = || -> std::io::Result<()> {
+                for folder in ["nodes", "history", "locks", "tmp"] {
+                    std::fs::create_dir_all(root.join(folder))?;
+                }
+                for (name, text) in [("CACHEDIR.TAG", CACHEDIR_TAG), (".gitignore", "*\n")] {
+                    if !home.join(name).exists() {
+                        std::fs::write(home.join(name), text)?;
+                    }
+                }
+                Ok(())
+            };
+            make().map_err(|e| {
+                Error::io("make a store in", home, e)
+                    .help("name a folder that can be written with `--cache FOLDER` or ROOTVOX_CACHE")
+            })?;
+        }
+        session::sweep(&root.join("tmp"));
+        let memory = FileMemory::load(&root.join("files.json"));
+        Ok(Self(Arc::new(Inner { home: home.to_owned(), root, session: Mutex::default(), memory: Mutex::new(memory) })))
+    }
+
+    /// The folder that the store was opened with.
+    pub fn home(&self) -> &Path {
+        &self.0.home
+    }
+
+    fn root(&self) -> &Path {
+        &self.0.root
+    }
+
+    /// Folder of the node of `stage` with this key, whether it is there or not.
+    pub fn folder(&self, stage: &str, key: Key) -> PathBuf {
+        self.0.root.join("nodes").join(stage).join(key.to_string())
+    }
+
+    /// The manifest of a node; `None` if the store does not have it.
+    pub fn lookup(&self, stage: &str, key: Key) -> Result<Option<Manifest>> {
+        let path = self.folder(stage, key).join("manifest.json");
+        match std::fs::read(&path) {
+            Ok(text) => serde_json::from_slice(&text).map(Some).map_err(|e| {
+                Error::io("understand", &path, e).help("delete the folder it lies in: it will be computed again")
+            }),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(e) => Err(Error::io("read", &path, e)),
+        }
+    }
+
+    /// The artefact of a node found by [`Store::lookup`].
+    pub fn artefact(&self, manifest: &Manifest) -> Result<Artefact> {
+        if manifest.is_virtual {
+            return Err(Error::failed(format!("the values of `{}` are not stored", manifest.label)));
+        }
+        Ok(Artefact::stored(manifest, self.folder(&manifest.stage, manifest.key)))
+    }
+
+    /// Begins a result in a private folder.
+    pub fn draft(&self) -> Result<Draft> {
+        let session = {
+            let mut current = self.0.session.lock().unwrap_or_else(PoisonError::into_inner);
+            match &*current {
+                Some(session) => session.clone(),
+                None => current.insert(Arc::new(Session::begin(&self.root().join("tmp"))?)).clone(),
+            }
+        };
+        let folder = session.new_folder()?;
+        Ok(Draft { output: Output::new(&folder), folder, _session: session })
+    }
+
+    /// Completes `draft`, filling members, digest and warnings into `record`.
+    pub fn close(&self, draft: &mut Draft, record: &mut Manifest) -> Result<()> {
+        let output = std::mem::replace(&mut draft.output, Output::new(&draft.folder));
+        (record.members, record.warnings) = output.close()?;
+        record.digest = digest::of_members(&record.members);
+        Ok(())
+    }
+
+    /// Publishes a closed draft under the key in `record` by one rename, and tells what the store then holds.
+    ///
+    /// If the store has the node already, with its values, that one stays.
+    pub fn publish(&self, draft: Draft, record: Manifest) -> Result<Manifest> {
+        if record.members.iter().any(|member| member.kind == MemberKind::Array) && !record.is_virtual {
+            let group = b"{\n  \"zarr_format\": 3,\n  \"node_type\": \"group\",\n  \"attributes\": {}\n}\n";
+            files::write_synced(&draft.folder.join("zarr.json"), group)?;
+        }
+        for member in record.members.iter().filter(|member| !record.is_virtual && member.kind != MemberKind::Json) {
+            let path = draft.folder.join(&member.name);
+            if member.kind != MemberKind::Bytes && files::tree_bytes(&path)? != member.bytes {
+                return Err(Error::failed(format!("`{}` changed after it was written", path.display())));
+            }
+            if member.kind == MemberKind::Folder {
+                for (_, file) in files::tree(&path)? {
+                    let synced = std::fs::File::open(&file).and_then(|file| file.sync_all());
+                    synced.map_err(|e| Error::io("write", &file, e))?;
+                }
+            }
+        }
+        let mut text = serde_json::to_vec_pretty(&record)
+            .map_err(|e| Error::failed(format!("cannot write the manifest of `{}`: {e}", record.label)))?;
+        text.push(b'\n');
+        files::write_synced(&draft.folder.join("manifest.json"), &text)?;
+        files::sync_folder(&draft.folder);
+
+        let target = self.folder(&record.stage, record.key);
+        let shelf = self.root().join("nodes").join(&record.stage);
+        std::fs::create_dir_all(&shelf).map_err(|e| Error::io("create", &shelf, e))?;
+        let mut renamed = std::fs::rename(&draft.folder, &target);
+        if renamed.is_err() && target.exists() {
+            let held = self.lookup(&record.stage, record.key);
+            match held {
+                Ok(Some(held)) if record.is_virtual || !held.is_virtual => return Ok(held),
+                _ => {
+                    // What lies there has no values or cannot be read: ours takes its place.
+                    let aside = draft.folder.with_extension("old");
+                    let _ = std::fs::rename(&target, &aside);
+                    renamed = std::fs::rename(&draft.folder, &target);
+                    let _ = std::fs::remove_dir_all(&aside);
+                }
+            }
+        }
+        renamed.map_err(|e| Error::io("publish", &target, e))?;
+        files::sync_folder(&shelf);
+        self.record_history(&record);
+        Ok(record)
+    }
+
+    /// Claims the work `key` for this thread: another process that finds it claimed waits for the result.
+    pub fn claim(&self, key: Key) -> Result<Claim> {
+        claim::claim(&self.root().join("locks"), key)
+    }
+
+    /// Digest and length of a file of the outside world, remembered while the file stays as it is.
+    pub fn file_digest(&self, path: &Path) -> Result<(Digest, u64)> {
+        remember::file_digest(&self.0.memory, path)
+    }
+
+    /// Keeps what [`Store::file_digest`] learned for the next process; a store that cannot be written forgets.
+    pub fn remember_files(&self) {
+        let mut memory = self.0.memory.lock().unwrap_or_else(PoisonError::into_inner);
+        memory.save(&self.root().join("files.json"));
+    }
+
+    fn record_history(&self, record: &Manifest) {
+        history::append(&self.root().join("history"), record);
+    }
+
+    /// Earlier runs of `stage`, oldest first.
+    pub fn history(&self, stage: &str) -> Vec<Past> {
+        history::read(&self.root().join("history"), stage)
+    }
+}
+
+const CACHEDIR_TAG: &str = "Signature: 8a477f597d28d172789f06886806bc55\n\
+# This folder is a cache: everything in it can be computed again. See https://bford.info/cachedir/\n";

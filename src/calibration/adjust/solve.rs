@@ -141,11 +141,12 @@ fn by_incidence(network: &Network, state: &State) -> ([f64; BINS], Vec<Vec<(f64,
 /// is (root mean square of its scaled residuals, each held below 3, drawn towards 1 by four more).
 fn measure(network: &Network, state: &State) -> Sigmas {
     let (table, misses) = by_incidence(network, state);
+    let shared = network.redundancy.sqrt();
     let of = |track: &Vec<(f64, f64, usize)>| {
         let scaled = |m: &(f64, f64, usize)| (0.5 * (m.0 * m.0 + m.1 * m.1) / table[m.2].powi(2)).min(9.0);
         let sum: f64 = track.iter().map(scaled).sum();
         let factor = ((sum + 4.0) / (track.len() as f64 + 4.0)).sqrt().max(1.0);
-        track.iter().map(|m| factor * table[m.2]).collect()
+        track.iter().map(|m| factor * shared * table[m.2]).collect()
     };
     let outline =
         spread((0..network.outline.len()).filter_map(|k| outline_residual(network, state, k).map(|r| r.value)));

@@ -41,12 +41,14 @@ pub struct OutlinePoint {
 }
 
 /// What is observed.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Network {
     /// Radius of the printed surface, mm.
     pub belt_radius_mm: f64,
     /// Tracks of the belt points.
     pub tracks: Vec<Vec<Sighting>>,
+    /// How many sightings share their pixels, at least 1: so many count as one.
+    pub redundancy: f64,
     /// The rings.
     pub rings: Vec<Ring>,
     /// Points of their edges.

@@ -72,7 +72,7 @@ fn network(views: &[View], noise_px: f64, wrong: f64, seed: u64) -> (Network, Ve
             }
         }
     }
-    (Network { belt_radius_mm: RADIUS, tracks, rings, outline, focal_prior_px: None }, points)
+    (Network { belt_radius_mm: RADIUS, tracks, redundancy: 1.0, rings, outline, focal_prior_px: None }, points)
 }
 
 fn disturbed(views: &[View], points_mm: Vec<Vec3>) -> Start {

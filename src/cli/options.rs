@@ -1,0 +1,100 @@
+//! Options that several subcommands share.
+
+use clap::Args;
+use std::path::PathBuf;
+
+/// Which study, and what is changed in it.
+#[derive(Args)]
+pub struct StudyOptions {
+    /// The study file (TOML).
+    pub study: PathBuf,
+    /// Override a value of the study: SECTION.KEY=VALUE, as often as needed.
+    #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+/// Where finished nodes are kept.
+#[derive(Args)]
+pub struct StoreOptions {
+    /// Folder of the store.
+    #[arg(long, value_name = "DIR", env = "ROOTVOX_CACHE", default_value = "cache")]
+    pub cache: PathBuf,
+}
+
+/// How much of the machine a run may take.
+#[derive(Args)]
+pub struct MachineOptions {
+    /// Threads; all cores that the process may use when absent. Results do not depend on it.
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Memory that running nodes may take together, such as 4GiB; half of the machine's when absent.
+    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    pub memory: Option<u64>,
+}
+
+impl MachineOptions {
+    /// Threads to use.
+    pub fn threads(&self) -> usize {
+        self.threads.filter(|&n| n > 0).unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
+    }
+
+    /// Bytes that running nodes may take together.
+    pub fn memory_bytes(&self) -> u64 {
+        self.memory.unwrap_or_else(|| machine_memory().map_or(4 << 30, |(total, _)| (total / 2).max(1 << 30)))
+    }
+}
+
+/// Memory that the process may use at all and what is free of it, bytes; `None` where the machine does not tell.
+pub fn machine_memory() -> Option<(u64, u64)> {
+    let mut system = sysinfo::System::new().ok()?;
+    system.refresh_memory();
+    let limit = system.cgroup_limits().map_or(u64::MAX, |c| c.total_memory);
+    Some((system.total_memory().min(limit), system.available_memory().min(limit)))
+}
+
+/// Parses `4GiB`, `500 MB`, `1073741824`.
+pub fn bytes(text: &str) -> std::result::Result<u64, String> {
+    let text = text.trim();
+    let split = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
+    let (number, unit) = text.split_at(split);
+    let factor = match unit.trim().to_ascii_lowercase().as_str() {
+        "" | "b" => 1_u64,
+        "k" | "kib" => 1 << 10,
+        "kb" => 1_000,
+        "m" | "mib" => 1 << 20,
+        "mb" => 1_000_000,
+        "g" | "gib" => 1 << 30,
+        "gb" => 1_000_000_000,
+        "t" | "tib" => 1 << 40,
+        "tb" => 1_000_000_000_000,
+        other => return Err(format!("`{other}` is no unit of size; write 4GiB, 500MB or a number of bytes")),
+    };
+    let number: f64 =
+        number.parse().map_err(|_| format!("`{text}` is no size; write 4GiB, 500MB or a number of bytes"))?;
+    Ok((number * factor as f64) as u64)
+}
+
+/// A size for people: `1.4 GiB`.
+pub fn human_bytes(bytes: u64) -> String {
+    let mut value = bytes as f64;
+    for unit in ["B", "KiB", "MiB", "GiB"] {
+        if value < 1024.0 {
+            return if unit == "B" { format!("{bytes} B") } else { format!("{value:.1} {unit}") };
+        }
+        value /= 1024.0;
+    }
+    format!("{value:.1} TiB")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_and_written() {
+        assert_eq!(bytes("4GiB"), Ok(4 << 30));
+        assert_eq!(bytes("1.5 kB"), Ok(1500));
+        assert!(bytes("many").is_err() && bytes("4 stones").is_err());
+        assert_eq!(human_bytes(1536), "1.5 KiB");
+    }
+}

@@ -1,0 +1,88 @@
+//! `rootvox simulate`: grow a root system and photograph it through a tank.
+
+use super::options::{MachineOptions, StoreOptions, StudyOptions};
+use super::progress::Display;
+use crate::error::{Error, Result};
+use crate::flow::{Engine, Graph};
+use crate::formats::{NamedView, cameras_json, roots_json, tank_json};
+use crate::store::Store;
+use crate::study::graph;
+use crate::study::settings::{Settings, Source};
+use clap::Args;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Grow a root system, photograph it through a tank, and write photographs and truth as a data set.
+///
+/// The study's [tank] and [simulate] sections say what grows and how it is photographed; the folder then holds
+/// images/, tank.json, cameras.json and roots.json, and can be reconstructed like any capture.
+///
+/// Example:
+///   rootvox simulate pipelines/quickstart.toml --out captures/plant-8 --set simulate.seed=8
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub struct Simulate {
+    #[command(flatten)]
+    study: StudyOptions,
+    /// Folder to write; it must not exist yet.
+    #[arg(long, short, value_name = "DIR")]
+    out: PathBuf,
+    #[command(flatten)]
+    store: StoreOptions,
+    #[command(flatten)]
+    machine: MachineOptions,
+}
+
+impl Simulate {
+    /// Writes the data set.
+    ///
+    /// # Errors
+    /// Faults of the study, a study without [simulate], a folder that exists or cannot be written.
+    pub fn run(&self) -> Result<()> {
+        let settings = Settings::load(&self.study.study, &self.study.set)?;
+        let Source::Simulated(_) = settings.source else {
+            return Err(Error::usage(format!("`{}` has no [simulate] section", self.study.study.display()))
+                .help("an empty [simulate] is enough; pipelines/quickstart.toml is an example"));
+        };
+        if self.out.exists() {
+            return Err(
+                Error::usage(format!("`{}` exists already", self.out.display())).help("name a new folder with --out")
+            );
+        }
+        let mut graph = Graph::new();
+        let nodes = graph::add(&mut graph, &settings)?;
+        let store = Store::open(&self.store.cache)?;
+        let display = Display::new(&graph);
+        let mut targets = nodes.photo_nodes.clone();
+        targets.push(nodes.cameras);
+        let report = Engine::new(&store)
+            .threads(self.machine.threads())
+            .memory_bytes(self.machine.memory_bytes())
+            .cancel(super::cancel::flag()?)
+            .on_event(|event| display.show(event))
+            .run(&graph, &targets)?;
+        display.finish();
+
+        let parent = self.out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        fs::create_dir_all(parent).map_err(|e| Error::io("create", parent, e))?;
+        let fresh = tempfile::tempdir_in(parent).map_err(|e| Error::io("write into", parent, e))?;
+        let images = fresh.path().join("images");
+        fs::create_dir(&images).map_err(|e| Error::io("create", &images, e))?;
+        for (name, &node) in nodes.photos.iter().zip(&nodes.photo_nodes) {
+            let to = images.join(name);
+            fs::copy(report.artefact(node)?.path("file")?, &to).map_err(|e| Error::io("write", &to, e))?;
+        }
+        let capture = report.artefact(nodes.cameras)?;
+        let views: Vec<NamedView> = capture.json("cameras")?;
+        let put = |name: &str, text: String| {
+            let to = fresh.path().join(name);
+            fs::write(&to, text).map_err(|e| Error::io("write", &to, e))
+        };
+        put("cameras.json", cameras_json::write(&views)?)?;
+        put("tank.json", tank_json::write(&settings.tank)?)?;
+        put("roots.json", roots_json::write(&capture.json::<Vec<_>>("roots")?)?)?;
+        fs::rename(fresh.keep(), &self.out).map_err(|e| Error::io("write", &self.out, e))?;
+        eprintln!("data set written: {}", self.out.display());
+        Ok(())
+    }
+}

@@ -1,0 +1,310 @@
+//! Brings the targets of a graph up to date.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use rayon::prelude::*;
+
+use super::event::Event;
+use super::graph::{Graph, Kind, NodeId};
+use super::run::{self, Job, Outcome};
+use super::schedule::{Schedule, Want};
+use super::stage::Progress;
+use crate::error::{Error, Result};
+use crate::store::{Artefact, Digest, Key, Manifest, Store};
+
+/// How often progress is reported.
+const TICK: Duration = Duration::from_millis(100);
+
+/// Runs graphs over a store.
+pub struct Engine<'a> {
+    store: &'a Store,
+    threads: usize,
+    memory_bytes: u64,
+    cancel: Arc<AtomicBool>,
+    on_event: Box<dyn Fn(&Event) + Send + Sync + 'a>,
+}
+
+impl<'a> Engine<'a> {
+    /// An engine with as many threads as the process may use, 4 GiB of memory, and nobody listening.
+    pub fn new(store: &'a Store) -> Self {
+        Self {
+            store,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            memory_bytes: 4 << 30,
+            cancel: Arc::default(),
+            on_event: Box::new(|_| {}),
+        }
+    }
+
+    /// Nodes at once, and threads inside of nodes; at least 1.
+    #[must_use]
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = threads.max(1);
+        self
+    }
+
+    /// Bytes that the nodes running at once may hold by their own account; a node that needs more runs alone.
+    #[must_use]
+    pub fn memory_bytes(mut self, bytes: u64) -> Self {
+        self.memory_bytes = bytes;
+        self
+    }
+
+    /// Stops the run once `flag` is true; finished nodes stay in the store.
+    #[must_use]
+    pub fn cancel(mut self, flag: Arc<AtomicBool>) -> Self {
+        self.cancel = flag;
+        self
+    }
+
+    /// Calls `listener` for every event; it should be quick.
+    #[must_use]
+    pub fn on_event(mut self, listener: impl Fn(&Event) + Send + Sync + 'a) -> Self {
+        self.on_event = Box::new(listener);
+        self
+    }
+
+    /// Brings `targets` up to date. Nodes that do not depend on a failed one are finished all the same; then all
+    /// failures are returned at once.
+    pub fn run(&self, graph: &Graph, targets: &[NodeId]) -> Result<Report> {
+        let mut schedule = Schedule::new(graph, self.store, &*self.on_event);
+        let reachable = reachable(graph, targets);
+        (self.on_event)(&Event::Planned { total: reachable.iter().filter(|&&is| is).count() });
+        for (n, found) in read_files(graph, self.store, &reachable) {
+            schedule.file_known(n, found);
+        }
+        for target in targets {
+            schedule.raise(target.0, Want::Values);
+        }
+        let shared =
+            Shared { state: Mutex::new(State { schedule, running: BTreeMap::new(), bytes: 0 }), turn: Condvar::new() };
+        if !shared.lock().schedule.ready.is_empty() {
+            std::thread::scope(|scope| {
+                for _ in 0..self.threads {
+                    scope.spawn(|| self.work(graph, &shared));
+                }
+                self.report_progress(&shared);
+            });
+        }
+        self.store.remember_files();
+        let state = shared.state.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let mut schedule = state.schedule;
+        let complete = targets.iter().all(|target| schedule.slots[target.0].artefact.is_some());
+        if !complete && (self.cancel.load(Ordering::Relaxed) || schedule.errors.is_empty()) {
+            return Err(Error::interrupted());
+        }
+        Error::many(std::mem::take(&mut schedule.errors))?;
+        let entries = schedule.slots.into_iter().map(|slot| Entry {
+            key: slot.key,
+            digest: slot.digest,
+            artefact: slot.artefact,
+            manifest: slot.manifest,
+            ran: slot.ran,
+        });
+        Ok(Report { labels: graph.nodes.iter().map(|node| node.label.clone()).collect(), entries: entries.collect() })
+    }
+
+    /// One worker: takes ready nodes until none is left and none is running.
+    fn work(&self, graph: &Graph, shared: &Shared<'_>) {
+        loop {
+            let mut state = shared.lock();
+            let (job, bytes) = loop {
+                if self.cancel.load(Ordering::Relaxed) {
+                    state.schedule.ready.clear();
+                }
+                let idle = state.running.is_empty();
+                let free = self.memory_bytes.saturating_sub(state.bytes);
+                if let Some((n, bytes)) = state.schedule.take(free, idle) {
+                    break (self.job(graph, &state, n), bytes);
+                }
+                if idle && state.schedule.ready.is_empty() {
+                    shared.turn.notify_all();
+                    return;
+                }
+                state = shared.turn.wait(state).unwrap_or_else(PoisonError::into_inner);
+            };
+            let n = job.node;
+            state.bytes += bytes;
+            state.running.insert(n, (job.progress.clone(), 0));
+            shared.turn.notify_all();
+            drop(state);
+
+            let waiting = || {
+                let _state = shared.lock();
+                (self.on_event)(&Event::Waiting { node: NodeId(n) });
+            };
+            let started = || {
+                let _state = shared.lock();
+                (self.on_event)(&Event::Started { node: NodeId(n) });
+            };
+            let outcome = run::run(graph, self.store, &job, &self.cancel, &waiting, &started);
+
+            let mut state = shared.lock();
+            state.bytes -= bytes;
+            state.running.remove(&n);
+            self.settle(&mut state, n, outcome);
+            shared.turn.notify_all();
+        }
+    }
+
+    fn job(&self, graph: &Graph, state: &State<'_>, n: usize) -> Job {
+        let schedule = &state.schedule;
+        let mut upstream = BTreeMap::new();
+        let mut open: Vec<usize> = graph.nodes[n].inputs().collect();
+        while let Some(input) = open.pop() {
+            let slot = &schedule.slots[input];
+            if slot.artefact.is_none() {
+                open.extend(graph.nodes[input].inputs());
+            }
+            upstream.insert(input, (slot.artefact.clone(), slot.digest));
+        }
+        // Twice as many threads as its share, so that a thread that waits leaves no core idle.
+        let at_once = (state.running.len() + 1 + schedule.ready.len()).min(self.threads);
+        let threads = (2 * self.threads).div_ceil(at_once).min(self.threads);
+        Job { node: n, key: schedule.slots[n].key, upstream, threads, progress: Progress::new(self.cancel.clone()) }
+    }
+
+    fn settle(&self, state: &mut State<'_>, n: usize, outcome: Result<Outcome>) {
+        let schedule = &mut state.schedule;
+        let settled = outcome.and_then(|outcome| match outcome {
+            Outcome::Found(manifest) => {
+                let artefact = self.store.artefact(&manifest)?;
+                (self.on_event)(&Event::Hit {
+                    node: NodeId(n),
+                    key: manifest.key,
+                    warnings: manifest.warnings.clone(),
+                });
+                schedule.finish(n, manifest, Some(artefact));
+                Ok(())
+            }
+            Outcome::Ran { manifest, same_output, learned } => {
+                let artefact = self.store.artefact(&manifest)?;
+                for (v, manifest) in learned {
+                    let artefact = if manifest.is_virtual { None } else { Some(self.store.artefact(&manifest)?) };
+                    schedule.know(v, manifest, artefact);
+                }
+                (self.on_event)(&Event::Finished {
+                    node: NodeId(n),
+                    seconds: manifest.seconds,
+                    digest: manifest.digest,
+                    same_output,
+                    warnings: manifest.warnings.clone(),
+                });
+                schedule.slots[n].ran = true;
+                schedule.finish(n, manifest, Some(artefact));
+                Ok(())
+            }
+        });
+        if let Err(error) = settled {
+            schedule.fail(n, error);
+        }
+    }
+
+    /// Reports how far the running nodes are until all are done.
+    fn report_progress(&self, shared: &Shared<'_>) {
+        let mut state = shared.lock();
+        while !(state.running.is_empty() && state.schedule.ready.is_empty()) {
+            let (next, _) = shared.turn.wait_timeout(state, TICK).unwrap_or_else(PoisonError::into_inner);
+            state = next;
+            if self.cancel.load(Ordering::Relaxed) {
+                state.schedule.ready.clear();
+                shared.turn.notify_all();
+            }
+            for (&n, (progress, shown)) in &mut state.running {
+                let (done, total) = progress.state();
+                if done != *shown {
+                    *shown = done;
+                    (self.on_event)(&Event::Progress { node: NodeId(n), done, total });
+                }
+            }
+        }
+    }
+}
+
+struct State<'a> {
+    schedule: Schedule<'a>,
+    /// With each running node its progress and the steps last reported.
+    running: BTreeMap<usize, (Progress, u64)>,
+    /// Bytes that the running nodes may hold.
+    bytes: u64,
+}
+
+struct Shared<'a> {
+    state: Mutex<State<'a>>,
+    turn: Condvar,
+}
+
+impl<'a> Shared<'a> {
+    fn lock(&self) -> MutexGuard<'_, State<'a>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn reachable(graph: &Graph, targets: &[NodeId]) -> Vec<bool> {
+    let mut reached = vec![false; graph.nodes.len()];
+    let mut open: Vec<usize> = targets.iter().map(|target| target.0).collect();
+    while let Some(n) = open.pop() {
+        if !std::mem::replace(&mut reached[n], true) {
+            open.extend(graph.nodes[n].inputs());
+        }
+    }
+    reached
+}
+
+/// The content of all files that are reached, read in parallel where the store does not remember them.
+fn read_files(graph: &Graph, store: &Store, reached: &[bool]) -> Vec<(usize, Result<Artefact>)> {
+    let files = graph.nodes.iter().enumerate().filter_map(|(n, node)| match &node.kind {
+        Kind::File(path) if reached[n] => Some((n, path)),
+        _ => None,
+    });
+    let read = |(n, path): (usize, &std::path::PathBuf)| {
+        (n, store.file_digest(path).map(|(digest, bytes)| Artefact::file(path, digest, bytes)))
+    };
+    files.collect::<Vec<_>>().into_par_iter().map(read).collect()
+}
+
+struct Entry {
+    key: Option<Key>,
+    digest: Option<Digest>,
+    artefact: Option<Artefact>,
+    manifest: Option<Manifest>,
+    ran: bool,
+}
+
+/// What a run found and made.
+pub struct Report {
+    labels: Vec<String>,
+    entries: Vec<Entry>,
+}
+
+impl Report {
+    /// The artefact of a target, or of any node whose values the run needed.
+    pub fn artefact(&self, node: NodeId) -> Result<Artefact> {
+        self.entries[node.0].artefact.clone().ok_or_else(|| {
+            Error::failed(format!("the values of `{}` were not asked for in this run", self.labels[node.0]))
+        })
+    }
+
+    /// The digest of a node's artefact; `None` if the run had no need of it.
+    pub fn digest(&self, node: NodeId) -> Option<Digest> {
+        self.entries[node.0].digest
+    }
+
+    /// The key of a node; `None` for files and for nodes that the run had no need of.
+    pub fn key(&self, node: NodeId) -> Option<Key> {
+        self.entries[node.0].key
+    }
+
+    /// The manifest of a node; `None` as for [`Report::key`].
+    pub fn manifest(&self, node: NodeId) -> Option<&Manifest> {
+        self.entries[node.0].manifest.as_ref()
+    }
+
+    /// Whether the node was computed in this run.
+    pub fn ran(&self, node: NodeId) -> bool {
+        self.entries[node.0].ran
+    }
+}

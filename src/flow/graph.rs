@@ -1,0 +1,122 @@
+//! The graph: files and stages, and what flows into what.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::stage::{Stage, Stored, Streamed, Virtual, Work};
+use crate::error::{Error, Result};
+use crate::store::{Digest, canonical_json};
+
+/// Names a node of one graph.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct NodeId(pub(super) usize);
+
+impl NodeId {
+    /// Place of the node in the order in which nodes were added.
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
+pub(super) enum Kind {
+    File(PathBuf),
+    Stage { work: Arc<dyn Work>, params: Result<serde_json::Value>, is_virtual: bool },
+}
+
+pub(super) struct Node {
+    pub(super) label: String,
+    pub(super) kind: Kind,
+    /// Sorted by port name.
+    pub(super) ports: Vec<(String, Vec<NodeId>)>,
+}
+
+impl Node {
+    pub(super) fn inputs(&self) -> impl Iterator<Item = usize> + '_ {
+        self.ports.iter().flat_map(|(_, nodes)| nodes.iter().map(|node| node.0))
+    }
+
+    pub(super) fn is_virtual(&self) -> bool {
+        matches!(self.kind, Kind::Stage { is_virtual: true, .. })
+    }
+}
+
+/// Nodes and the arrows between them. A node can only be fed by nodes added before it, so there are no cycles.
+///
+/// Adding the same work twice (stage, parameters, inputs) gives the same node, whatever its label: the points of a
+/// sweep share what they have in common.
+#[derive(Default)]
+pub struct Graph {
+    pub(super) nodes: Vec<Node>,
+    same: BTreeMap<Digest, NodeId>,
+}
+
+impl Graph {
+    /// A graph without nodes.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A file of the outside world; its artefact has the one member `file` (bytes). The content counts, not the path.
+    pub fn file(&mut self, label: &str, path: impl AsRef<Path>) -> NodeId {
+        let path = path.as_ref();
+        let identity = Digest::of(&[b"file", path.as_os_str().as_encoded_bytes()].concat());
+        self.insert(identity, Node { label: label.to_owned(), kind: Kind::File(path.to_owned()), ports: Vec::new() })
+    }
+
+    /// A node that runs `stage` on the artefacts of upstream nodes, by port; the order of ports does not matter.
+    pub fn add<S: Stage>(&mut self, label: &str, stage: S, ports: &[(&str, &[NodeId])]) -> NodeId {
+        self.add_work(label, Arc::new(Stored(stage)), ports, false)
+    }
+
+    /// Like [`Graph::add`], but the result is not stored: it is computed by slabs while a consumer reads it. Keys and
+    /// digests are those of the stored result.
+    pub fn add_virtual<S: Streamed>(&mut self, label: &str, stage: S, ports: &[(&str, &[NodeId])]) -> NodeId {
+        self.add_work(label, Arc::new(Virtual(stage)), ports, true)
+    }
+
+    fn add_work(&mut self, label: &str, work: Arc<dyn Work>, ports: &[(&str, &[NodeId])], is_virtual: bool) -> NodeId {
+        let mut by_name: BTreeMap<&str, Vec<NodeId>> = BTreeMap::new();
+        for (port, nodes) in ports {
+            by_name.entry(port).or_default().extend_from_slice(nodes);
+        }
+        let ports: Vec<(String, Vec<NodeId>)> =
+            by_name.into_iter().map(|(port, nodes)| (port.to_owned(), nodes)).collect();
+        let params = work.params();
+        let shown = format!("stage {} {} {is_virtual} {ports:?} ", work.name(), work.version());
+        let params_bytes = params.as_ref().map(canonical_json).unwrap_or_default();
+        let identity = Digest::of(&[shown.as_bytes(), &params_bytes].concat());
+        self.insert(identity, Node { label: label.to_owned(), kind: Kind::Stage { work, params, is_virtual }, ports })
+    }
+
+    fn insert(&mut self, identity: Digest, node: Node) -> NodeId {
+        *self.same.entry(identity).or_insert_with(|| {
+            self.nodes.push(node);
+            NodeId(self.nodes.len() - 1)
+        })
+    }
+
+    /// All nodes in the order in which they were added; inputs come before their consumers.
+    pub fn nodes(&self) -> impl Iterator<Item = NodeId> + use<> {
+        (0..self.nodes.len()).map(NodeId)
+    }
+
+    /// The label of a node.
+    pub fn label(&self, node: NodeId) -> &str {
+        &self.nodes[node.0].label
+    }
+
+    /// The stage of a node; `None` for a file.
+    pub fn stage(&self, node: NodeId) -> Option<&'static str> {
+        match &self.nodes[node.0].kind {
+            Kind::File(_) => None,
+            Kind::Stage { work, .. } => Some(work.name()),
+        }
+    }
+
+    /// The node labelled `label`; where several are, the first.
+    pub fn find(&self, label: &str) -> Result<NodeId> {
+        let found = self.nodes.iter().position(|node| node.label == label);
+        found.map(NodeId).ok_or_else(|| Error::usage(format!("there is no node `{label}`")))
+    }
+}

@@ -1,0 +1,98 @@
+//! What stands around the tank: the room (which stands still with the camera), the lamps, the table top.
+//!
+//! Directions of the room are given in the level frame of the camera: x to the right, y away from the
+//! camera, z down. The room is a far sphere (1.5 m) with a gradient and blotches; where a ray leaves the
+//! tank its end on that sphere is looked up, so that direct, refracted and mirrored views agree.
+
+use super::CaptureParams;
+use super::noise;
+use crate::optics::{Mat3, Vec3, View};
+use crate::photo::colour::linear_of_srgb;
+
+/// Distance of the room's walls, mm.
+const FAR_MM: f64 = 1500.0;
+/// Sharpness of the lamps' glow: exp(this (cos angle - 1)).
+const GLOW: f64 = 10.0;
+
+/// The room's light.
+#[derive(Debug, Clone)]
+pub struct Room {
+    base: Vec3,
+    variation: f64,
+    waves: [(Vec3, f64, f64); 3],
+    lamp: Vec3,
+    lamp_level: f64,
+    ambient: f64,
+}
+
+/// Linear light of an sRGB colour.
+pub fn linear_rgb(srgb: [f64; 3]) -> Vec3 {
+    Vec3::from(srgb.map(|c| f64::from(linear_of_srgb(c as f32))))
+}
+
+/// A view's stand in the room.
+#[derive(Debug, Clone)]
+pub struct Stand {
+    /// Camera centre in the tank frame, mm.
+    pub centre_mm: Vec3,
+    /// Turns tank directions into the camera's level frame.
+    pub level_from_tank: Mat3,
+}
+
+impl Stand {
+    /// Where that view's camera stands.
+    pub fn of(view: &View) -> Self {
+        let forward = view.rotation.row(2).transpose();
+        // A camera that looks straight down has no "away": any will do.
+        let away = Vec3::new(forward.x, forward.y, 0.0).try_normalize(1e-9).unwrap_or_else(Vec3::x);
+        let right = away.cross(&Vec3::z()) * -1.0;
+        Self {
+            centre_mm: view.centre_in_tank(),
+            level_from_tank: Mat3::from_rows(&[right.transpose(), away.transpose(), Vec3::z().transpose()]),
+        }
+    }
+}
+
+impl Room {
+    /// The room of a capture.
+    pub fn new(params: &CaptureParams, seed: u64) -> Self {
+        let wave = |i: u64| {
+            let value = |j: u64| noise::uniform(noise::hash(seed, &[77, i, j]));
+            let direction = Vec3::new(value(0) - 0.5, value(1) - 0.5, value(2) - 0.5).normalize();
+            (direction * (3.0 + 3.0 * i as f64), value(3) * std::f64::consts::TAU, 0.5 / (i + 1) as f64)
+        };
+        Self {
+            base: linear_rgb(params.background_rgb),
+            variation: params.background_variation,
+            waves: [wave(0), wave(1), wave(2)],
+            lamp: Vec3::from(params.lamp_direction).normalize(),
+            lamp_level: params.lamp_level,
+            ambient: params.ambient,
+        }
+    }
+
+    /// Light that comes from the room along `-direction` to `from_mm` (tank frame).
+    pub fn light(&self, stand: &Stand, from_mm: &Vec3, direction: &Vec3) -> Vec3 {
+        let far = stand.level_from_tank * (from_mm - stand.centre_mm + direction * FAR_MM);
+        let q = far / far.norm();
+        let blotches: f64 = self.waves.iter().map(|(k, phase, strength)| strength * (k.dot(&q) + phase).sin()).sum();
+        // Brighter above than below.
+        let factor = 1.0 + self.variation * (blotches - q.z);
+        let glow = self.lamp_level * (GLOW * (q.dot(&self.lamp) - 1.0)).exp();
+        self.base * factor.max(0.0) + Vec3::repeat(glow)
+    }
+
+    /// Share of full light that a matt surface with that outward normal (tank frame) sends back.
+    pub fn lit(&self, stand: &Stand, normal: &Vec3) -> f64 {
+        let n = stand.level_from_tank * normal;
+        // The light from all around comes rather from above.
+        let around = self.ambient * (0.75 - 0.25 * n.z);
+        around + (1.0 - self.ambient) * n.dot(&self.lamp).max(0.0)
+    }
+}
+
+/// Mottled brightness of the table top at a point, 0..1.
+pub fn table_texture(x_mm: f64, y_mm: f64) -> f64 {
+    let blots = noise::value_2d(41, x_mm / 7.0, y_mm / 7.0) + 0.6 * noise::value_2d(43, x_mm / 2.5, y_mm / 2.5);
+    (0.42 + 0.28 * blots).clamp(0.05, 0.9)
+}

@@ -1,0 +1,85 @@
+//! Everything that a photograph needs, made ready once.
+
+use super::bvh::Tubes;
+use super::room::{Room, linear_rgb};
+use super::{BeltPrint, CaptureParams, noise};
+use crate::error::{Error, Result};
+use crate::optics::{Tank, Vec3, View};
+use crate::roots::Root;
+
+/// Roots in a tank in a room, and the views from which they are photographed.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    pub(super) tank: Tank,
+    pub(super) views: Vec<View>,
+    pub(super) params: CaptureParams,
+    pub(super) tubes: Tubes,
+    pub(super) room: Room,
+    /// Linear colour of each root.
+    pub(super) root_colours: Vec<Vec3>,
+    pub(super) floor_colour: Vec3,
+    pub(super) prints: Vec<BeltPrint>,
+    pub(super) seed: u64,
+}
+
+impl Scene {
+    /// Makes the scene ready. The views may be those of [`capture`](super::capture) or any others, as long as camera
+    /// and room stood still: what stands in the room is placed relative to the camera.
+    ///
+    /// # Errors
+    /// Where a parameter, the tank or a view is unusable, a root has not a radius for each point, or there is no view.
+    pub fn new(tank: &Tank, roots: &[Root], views: &[View], params: &CaptureParams, seed: u64) -> Result<Self> {
+        params.check()?;
+        tank.check()?;
+        for (i, view) in views.iter().enumerate() {
+            view.check().map_err(|e| e.at(format!("view {i}")))?;
+            let centre = view.centre_in_tank();
+            if centre.x.hypot(centre.y) <= tank.radius_mm {
+                return Err(Error::failed(format!("view {i}: the camera lies inside the tank's cylinder"))
+                    .help("cameras must stand farther from the axis than the tank's outer radius"));
+            }
+        }
+        let Some(first) = views.first() else {
+            return Err(Error::failed("no view to photograph from").help("give at least one camera"));
+        };
+        for root in roots {
+            let sound = root.points_mm.iter().flatten().chain(&root.radii_mm).all(|x| x.is_finite());
+            if root.points_mm.len() != root.radii_mm.len() || !sound || root.radii_mm.iter().any(|&r| r <= 0.0) {
+                return Err(Error::failed(format!("root {}: unusable points or radii", root.id))
+                    .help("every point needs a positive radius, and all numbers must be finite"));
+            }
+        }
+        // A pixel's footprint in the middle of the tank: rays that pass a root that near need a closer look.
+        let centre = first.centre_in_tank();
+        let reach_mm = centre.x.hypot(centre.y) / first.lens.focal_px;
+        let colour = linear_rgb(params.root_rgb);
+        let root_colours = (0..roots.len() as u64)
+            .map(|i| colour * (1.0 + params.root_variation * (2.0 * noise::uniform(noise::hash(seed, &[13, i])) - 1.0)))
+            .collect();
+        let prints = tank
+            .belts_mm
+            .iter()
+            .enumerate()
+            .map(|(i, b)| BeltPrint::new(tank.radius_mm + BELT_MM, b[1] - b[0], params.belt_seed + i as u64))
+            .collect();
+        Ok(Self {
+            tank: tank.clone(),
+            views: views.to_vec(),
+            params: params.clone(),
+            tubes: Tubes::new(roots, reach_mm),
+            room: Room::new(params, seed),
+            root_colours,
+            floor_colour: linear_rgb(params.floor_rgb),
+            prints,
+            seed,
+        })
+    }
+
+    /// The views, in order.
+    pub fn views(&self) -> &[View] {
+        &self.views
+    }
+}
+
+/// The belts' distance from the outer wall, mm.
+pub(super) const BELT_MM: f64 = 0.1;

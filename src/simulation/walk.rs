@@ -1,0 +1,343 @@
+//! One ray followed from the camera to all the light it gathers.
+//!
+//! At every surface the light splits into Fresnel's unpolarised shares, both of which are followed until
+//! a branch would add less than [`FAINT`]. The first way, through both walls, is that of
+//! [`optics::trace`]; mirrored ways use the same Snell's law.
+
+use super::room::{Stand, table_texture};
+use super::scene::{BELT_MM, Scene};
+use crate::optics::trace::{cylinder_hits, cylinder_normal, refract};
+use crate::optics::{self, Vec3};
+
+/// Branches that carry less than this share of the light are cut off.
+const FAINT: f64 = 0.008;
+/// At most so many mirrors on one way.
+const MIRRORS: u32 = 3;
+/// Gap between the tank's underside and the table top, mm.
+const TABLE_GAP_MM: f64 = 0.5;
+/// Linear brightness of the belts' white, black and inner side.
+const BELT_WHITE: f64 = 0.75;
+const BELT_BLACK: f64 = 0.02;
+const BELT_INSIDE: f64 = 0.04;
+/// Linear brightness of the wall's cut edges (rim, floor plate).
+const EDGE: f64 = 0.12;
+
+/// What the camera saw first, as far as it decides on supersampling.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The room.
+    Room,
+    /// The table top.
+    Table,
+    /// A belt's print.
+    Belt,
+    /// Through the wall; a root.
+    Root,
+    /// Through the wall; the floor.
+    Floor,
+    /// Through the wall; water, and the room behind it.
+    Water,
+    /// The wall's edges and what lies above the water.
+    Edge,
+}
+
+/// Light of one ray.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample {
+    /// Linear RGB.
+    pub light: Vec3,
+    /// What was seen.
+    pub kind: Kind,
+    /// Whether the ray met a root or passed within a pixel of one.
+    pub near: bool,
+}
+
+/// A ray under way.
+pub struct Walker<'a> {
+    scene: &'a Scene,
+    stand: &'a Stand,
+    kind: Kind,
+    near: bool,
+}
+
+impl<'a> Walker<'a> {
+    /// Light that reaches the camera from `direction` (tank frame, unit).
+    pub fn sample(scene: &'a Scene, stand: &'a Stand, direction: &Vec3) -> Sample {
+        let mut walker = Self { scene, stand, kind: Kind::Room, near: false };
+        let light = walker.gathered(&stand.centre_mm, direction);
+        Sample { light, kind: walker.kind, near: walker.near }
+    }
+
+    fn gathered(&mut self, o: &Vec3, d: &Vec3) -> Vec3 {
+        let tank = &self.scene.tank;
+        if let Some((t, _)) = cylinder_hits(o, d, tank.radius_mm + BELT_MM) {
+            let p = o + d * t;
+            if t > 0.0
+                && let Some(light) = self.belt(&p)
+            {
+                self.kind = Kind::Belt;
+                return light;
+            }
+        }
+        if let Some((t, _)) = cylinder_hits(o, d, tank.radius_mm).filter(|(t, _)| *t > 0.0) {
+            let p = o + d * t;
+            if p.z >= 0.0 && p.z <= tank.height_mm {
+                return self.enter_wall(o, &p, d);
+            }
+            if p.z < 0.0 && d.z > 0.0 {
+                let top = o - d * (o.z / d.z);
+                let rho = top.x.hypot(top.y);
+                if rho < tank.inner_radius_mm() {
+                    self.kind = Kind::Edge;
+                    return self.inside(&top, d, false, 1.0, 0);
+                } else if rho < tank.radius_mm {
+                    self.kind = Kind::Edge;
+                    return Vec3::repeat(EDGE * self.scene.room.lit(self.stand, &-Vec3::z()));
+                }
+            }
+        }
+        self.outside(o, d)
+    }
+
+    /// The belt's light where `p` lies on one.
+    fn belt(&self, p: &Vec3) -> Option<Vec3> {
+        let tank = &self.scene.tank;
+        let (belt, print) = tank.belts_mm.iter().zip(&self.scene.prints).find(|(b, _)| p.z >= b[0] && p.z <= b[1])?;
+        let black = print.is_black_at(p.y.atan2(p.x), p.z - belt[0]);
+        let paint = if black { BELT_BLACK } else { BELT_WHITE };
+        Some(Vec3::repeat(paint * self.scene.room.lit(self.stand, &cylinder_normal(p))))
+    }
+
+    /// Table top or room.
+    fn outside(&mut self, o: &Vec3, d: &Vec3) -> Vec3 {
+        let scene = self.scene;
+        let radius = scene.params.table_radii * scene.tank.radius_mm;
+        let z = scene.tank.height_mm + TABLE_GAP_MM;
+        if d.z > 0.0 && o.z < z && radius > 0.0 {
+            let p = o + d * ((z - o.z) / d.z);
+            if p.x.hypot(p.y) < radius {
+                if self.kind == Kind::Room {
+                    self.kind = Kind::Table;
+                }
+                let lit = scene.room.lit(self.stand, &-Vec3::z());
+                return Vec3::new(1.0, 0.97, 0.93) * (0.7 * lit * table_texture(p.x, p.y));
+            }
+        }
+        scene.room.light(self.stand, o, d)
+    }
+
+    /// From air into the clear outer wall at `p`.
+    fn enter_wall(&mut self, o: &Vec3, p: &Vec3, d: &Vec3) -> Vec3 {
+        let tank = &self.scene.tank;
+        let n = tank.index;
+        self.kind = Kind::Water;
+        let mirrored = fresnel(d, &cylinder_normal(p), n.air, n.wall);
+        let mut light = Vec3::zeros();
+        if self.scene.params.reflections {
+            light += self.outside(p, &mirror(d, &cylinder_normal(p))) * mirrored;
+        }
+        let passed = 1.0 - mirrored;
+        let Some(ray) = optics::trace(tank, o, d) else {
+            // Past the water, through the wall alone.
+            self.kind = Kind::Edge;
+            return light + self.through_wall(p, d) * passed;
+        };
+        if ray.p2_mm.z >= tank.floor_mm() {
+            self.kind = Kind::Floor;
+            return light + Vec3::repeat(EDGE) * (passed * 0.5);
+        }
+        let normal = cylinder_normal(&ray.p2_mm);
+        let in_water = ray.p2_mm.z > tank.water_level_mm;
+        let (n_in, v) = if in_water {
+            (n.water, Some(ray.v2))
+        } else {
+            self.kind = Kind::Edge;
+            (n.air, refract(&ray.v1, &normal, n.wall, n.air))
+        };
+        let Some(v) = v else {
+            return light + self.through_wall(p, d) * passed;
+        };
+        let passed = passed * (1.0 - fresnel(&ray.v1, &normal, n.wall, n_in));
+        light + self.inside(&ray.p2_mm, &v, in_water, passed, 0) * passed
+    }
+
+    /// The way of a ray that crosses only the wall.
+    fn through_wall(&mut self, p: &Vec3, d: &Vec3) -> Vec3 {
+        let tank = &self.scene.tank;
+        let Some(v) = refract(d, &cylinder_normal(p), tank.index.air, tank.index.wall) else {
+            return self.outside(p, d);
+        };
+        let Some((_, t)) = cylinder_hits(p, &v, tank.radius_mm) else {
+            return self.outside(p, d);
+        };
+        let q = p + v * t;
+        match refract(&v, &cylinder_normal(&q), tank.index.wall, tank.index.air) {
+            Some(out) if tank.is_clear(q.z) => self.outside(&q, &out),
+            _ => Vec3::repeat(BELT_INSIDE),
+        }
+    }
+
+    /// Light along a way inside the inner wall, from `o` towards `d`; `weight` is the share of it that reaches the
+    /// camera.
+    fn inside(&mut self, o: &Vec3, d: &Vec3, in_water: bool, weight: f64, mirrors: u32) -> Vec3 {
+        let scene = self.scene;
+        let tank = &scene.tank;
+        let Some((_, t_wall)) = cylinder_hits(o, d, tank.inner_radius_mm()) else {
+            return self.plane(o, d, in_water, weight, mirrors);
+        };
+        let plane_z =
+            if in_water == (d.z > 0.0) { if in_water { tank.floor_mm() } else { 0.0 } } else { tank.water_level_mm };
+        let t_plane = if d.z == 0.0 { f64::INFINITY } else { ((plane_z - o.z) / d.z).max(0.0) };
+        let t_end = t_wall.min(t_plane);
+        let hit = scene.tubes.first_hit(o, d, t_end, &mut self.near);
+        let length = hit.map_or(t_end, |h| h.t_mm);
+        let seen = if let Some(hit) = hit {
+            if mirrors == 0 {
+                self.kind = Kind::Root;
+            }
+            scene.root_colours[hit.root] * scene.room.lit(self.stand, &hit.normal)
+        } else if t_plane < t_wall {
+            self.plane(&(o + d * t_plane), d, in_water, weight, mirrors)
+        } else {
+            self.leave(&(o + d * t_wall), d, in_water, weight, mirrors)
+        };
+        if in_water { self.dimmed(seen, length) } else { seen }
+    }
+
+    fn dimmed(&self, light: Vec3, length_mm: f64) -> Vec3 {
+        let loss = self.scene.params.water_loss_per_mm;
+        if loss == [0.0; 3] {
+            return light;
+        }
+        light.component_mul(&Vec3::from(loss).map(|x| (-x * length_mm).exp()))
+    }
+
+    /// At a horizontal surface: floor, water surface, or the open top.
+    fn plane(&mut self, p: &Vec3, d: &Vec3, in_water: bool, weight: f64, mirrors: u32) -> Vec3 {
+        let scene = self.scene;
+        if in_water && d.z > 0.0 {
+            if mirrors == 0 {
+                self.kind = Kind::Floor;
+            }
+            return scene.floor_colour * scene.room.lit(self.stand, &-Vec3::z());
+        }
+        if !in_water && d.z <= 0.0 {
+            return scene.room.light(self.stand, p, d);
+        }
+        let n = scene.tank.index;
+        let (n_from, n_to) = if in_water { (n.water, n.air) } else { (n.air, n.water) };
+        let back = fresnel(d, &Vec3::z(), n_from, n_to);
+        let mut light = Vec3::zeros();
+        if let Some(v) = refract(d, &Vec3::z(), n_from, n_to) {
+            light += self.inside(p, &v, !in_water, weight * (1.0 - back), mirrors) * (1.0 - back);
+        }
+        if self.follows(weight * back, mirrors) {
+            let d = mirror(d, &Vec3::z());
+            light += self.inside(p, &d, in_water, weight * back, mirrors + 1) * back;
+        }
+        light
+    }
+
+    fn follows(&self, weight: f64, mirrors: u32) -> bool {
+        self.scene.params.reflections && weight >= FAINT && mirrors < MIRRORS
+    }
+
+    /// At the inner wall, from inside: mirrored there, or into the wall, and there mirrored by the outer side or
+    /// out into the room.
+    fn leave(&mut self, p: &Vec3, d: &Vec3, in_water: bool, weight: f64, mirrors: u32) -> Vec3 {
+        let tank = &self.scene.tank;
+        let n = tank.index;
+        let n_in = if in_water { n.water } else { n.air };
+        let normal = cylinder_normal(p);
+        let back = fresnel(d, &normal, n_in, n.wall);
+        let mut light = Vec3::zeros();
+        if self.follows(weight * back, mirrors) {
+            light += self.inside(p, &mirror(d, &normal), in_water, weight * back, mirrors + 1) * back;
+        }
+        let Some(v) = refract(d, &normal, n_in, n.wall) else {
+            return light;
+        };
+        let passed = 1.0 - back;
+        let Some((_, t)) = cylinder_hits(p, &v, tank.radius_mm) else {
+            return light;
+        };
+        let q = p + v * t;
+        let normal = cylinder_normal(&q);
+        let back = fresnel(&v, &normal, n.wall, n.air);
+        if back < 1.0 {
+            let behind = if !tank.is_clear(q.z) {
+                Vec3::repeat(BELT_INSIDE)
+            } else if let Some(out) = refract(&v, &normal, n.wall, n.air) {
+                self.outside(&q, &out)
+            } else {
+                Vec3::zeros()
+            };
+            light += behind * (passed * (1.0 - back));
+        }
+        let share = passed * back;
+        if self.follows(weight * share, mirrors) {
+            light += self.back_from_wall(&q, &mirror(&v, &normal), weight * share, mirrors) * share;
+        }
+        light
+    }
+
+    /// From the outer wall's inner side back into the tank.
+    fn back_from_wall(&mut self, q: &Vec3, v: &Vec3, weight: f64, mirrors: u32) -> Vec3 {
+        let tank = &self.scene.tank;
+        let n = tank.index;
+        // Rays that run around within the wall gather the room's light somewhere: as good as straight on.
+        let astray = |walker: &Self| walker.scene.room.light(walker.stand, q, v);
+        let Some((t, _)) = cylinder_hits(q, v, tank.inner_radius_mm()).filter(|(t, _)| *t > 0.0) else {
+            return astray(self);
+        };
+        let p = q + v * t;
+        if p.z < 0.0 || p.z > tank.floor_mm() {
+            return Vec3::repeat(BELT_INSIDE);
+        }
+        let in_water = p.z > tank.water_level_mm;
+        let n_in = if in_water { n.water } else { n.air };
+        match refract(v, &cylinder_normal(&p), n.wall, n_in) {
+            Some(d) => self.inside(&p, &d, in_water, weight, mirrors + 1),
+            None => astray(self),
+        }
+    }
+}
+
+/// Direction after a mirror with that unit normal.
+fn mirror(d: &Vec3, normal: &Vec3) -> Vec3 {
+    d - normal * (2.0 * d.dot(normal))
+}
+
+/// Fresnel's share of unpolarised light mirrored between two indices; 1 at total reflection.
+pub fn fresnel(d: &Vec3, normal: &Vec3, n_from: f64, n_to: f64) -> f64 {
+    let cos_in = d.dot(normal).abs().min(1.0);
+    let ratio = n_from / n_to;
+    let squared = 1.0 - ratio * ratio * (1.0 - cos_in * cos_in);
+    if squared <= 0.0 {
+        return 1.0;
+    }
+    let cos_out = squared.sqrt();
+    let across = (n_from * cos_in - n_to * cos_out) / (n_from * cos_in + n_to * cos_out);
+    let along = (n_to * cos_in - n_from * cos_out) / (n_to * cos_in + n_from * cos_out);
+    0.5 * (across * across + along * along)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fresnel_at_known_angles() {
+        let at = |degrees: f64, a: f64, b: f64| {
+            let x = degrees.to_radians();
+            fresnel(&Vec3::new(x.sin(), 0.0, x.cos()), &Vec3::z(), a, b)
+        };
+        assert!((at(0.0, 1.0, 1.5) - 0.04).abs() < 1e-12);
+        // At Brewster's angle only the part across is mirrored: ((1 - n²)/(1 + n²))² / 2.
+        let n: f64 = 1.5;
+        let brewster = ((1.0 - n * n) / (1.0 + n * n)).powi(2) / 2.0;
+        assert!((at(n.atan().to_degrees(), 1.0, n) - brewster).abs() < 1e-12);
+        assert_eq!(at(50.0, 1.333, 1.0), 1.0);
+        assert!(at(48.0, 1.333, 1.0) < 1.0);
+    }
+}

@@ -1,0 +1,39 @@
+//! Scores the extracted root voxels against the true roots.
+//! In: roots, truth (a roots.json file, or a capture). Out: score (JSON).
+
+use super::extract;
+use crate::error::{Error, Result};
+use crate::evaluation::{Found, ScoreParams, score};
+use crate::flow::{Inputs, Output, Progress, Stage};
+use crate::formats::roots_json;
+use crate::optics::Tank;
+use serde::Serialize;
+
+/// The score of a reconstruction.
+#[derive(Debug, Clone, Serialize)]
+pub struct Evaluate {
+    /// The tank; its wall and water level bound the region.
+    pub tank: Tank,
+    /// Region and tolerances.
+    pub params: ScoreParams,
+}
+
+impl Stage for Evaluate {
+    const NAME: &'static str = "evaluate";
+    const VERSION: u32 = 1;
+
+    fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
+        let truth = inputs.one("truth")?;
+        let roots = if truth.has("roots") {
+            truth.json("roots")?
+        } else {
+            let name = truth.path("file")?.display().to_string();
+            let text = String::from_utf8(truth.bytes("file")?)
+                .map_err(|_| Error::failed(format!("`{name}` is no text")).help("truth.roots names a roots.json"))?;
+            roots_json::parse(&name, &text)?
+        };
+        let points: Vec<[f64; 3]> =
+            extract::read(inputs.one("roots")?)?.iter().map(|p| p.point_mm.map(f64::from)).collect();
+        output.json("score", &score(&roots, &self.tank, Found::Points(&points), &self.params)?)
+    }
+}

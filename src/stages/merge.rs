@@ -1,0 +1,47 @@
+//! Merges the views of each voxel.  Paper 2.4.
+//! In: view volumes (z, y, x, rgb + mask u8). Out: merged (z, y, x, rgb f32, 0..1, NaN = unseen),
+//! coverage (z, y, x, u8, views used), residual (z, y, x, f32, mean distance of the views to the estimate).
+
+use super::{four, slabs};
+use crate::error::{Error, Result};
+use crate::flow::{Inputs, Output, Progress, Stage};
+use crate::volume::merge::{self, merge};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// The merge with its parameters.
+#[derive(Debug, Clone, Serialize)]
+pub struct Merge {
+    /// Estimator, metric and limits.
+    #[serde(flatten)]
+    pub params: merge::Merge,
+}
+
+impl Stage for Merge {
+    const NAME: &'static str = "merge";
+    const VERSION: u32 = 1;
+
+    fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
+        let views = inputs.many("views").iter().map(|v| v.array::<u8>("view")).collect::<Result<Vec<_>>>()?;
+        let shape = views.first().ok_or_else(|| Error::failed("there is no view to merge"))?.shape()[..3].to_vec();
+        let rgb = [&shape[..], &[3]].concat();
+        let mut merged = output.slabs::<f32>("merged", &rgb, &["z", "y", "x", "c"])?;
+        let mut coverage = output.slabs::<u8>("coverage", &shape, &["z", "y", "x"])?;
+        let mut residual = output.slabs::<f32>("residual", &shape, &["z", "y", "x"])?;
+        progress.total(shape[0] as u64);
+        for (own, _) in slabs(shape[0], 0) {
+            progress.check()?;
+            let planes = own.len() as u64;
+            let slabs = views.par_iter().map(|v| four(v.slab(own.clone())?)).collect::<Result<Vec<_>>>()?;
+            let slabs: Vec<_> = slabs.iter().map(|s| s.view()).collect();
+            let slab = merge(&slabs, &self.params)?;
+            merged.push(slab.colour.view().into_dyn())?;
+            coverage.push(slab.coverage.view().into_dyn())?;
+            residual.push(slab.residual.view().into_dyn())?;
+            progress.advance(planes);
+        }
+        merged.finish()?;
+        coverage.finish()?;
+        residual.finish()
+    }
+}

@@ -1,0 +1,47 @@
+//! Draws the extracted roots back onto a photograph, through the refraction.  Paper 2.5, figure 7.
+//! In: photo (undistorted), camera, roots. Out: overlay.jpg.
+
+use super::{extract, read3};
+use crate::error::Result;
+use crate::flow::{Inputs, Output, Progress, Stage};
+use crate::formats::picture;
+
+use crate::optics::{Tank, Vec3, View, ViewMap};
+use crate::report::overlay::{Mark, overlay};
+use crate::report::palette;
+use serde::Serialize;
+
+/// One overlay picture.
+#[derive(Debug, Clone, Serialize)]
+pub struct Overlay {
+    /// The tank between roots and camera.
+    pub tank: Tank,
+    /// Radius of a mark, px.
+    pub mark_radius_px: f64,
+}
+
+/// JPEG quality of the overlays: pictures to look at, not to measure on.
+const QUALITY: u8 = 85;
+
+impl Stage for Overlay {
+    const NAME: &'static str = "overlay";
+    const VERSION: u32 = 1;
+
+    fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
+        let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
+        let view: View = inputs.one("camera")?.json("view")?;
+        let ideal = view.ideal();
+        let map = ViewMap::new(&ideal, &self.tank)?;
+        let roots = extract::read(inputs.one("roots")?)?;
+        let marks: Vec<Mark> = roots
+            .iter()
+            .filter_map(|r| {
+                let [x, y, z] = r.point_mm.map(f64::from);
+                let p = map.project(&Vec3::new(x, y, z)).filter(|p| p.clear)?;
+                Some(Mark { u: p.u, v: p.v, colour: palette::distinct(r.component as usize) })
+            })
+            .collect();
+        let picture = overlay(photo.view(), &ideal, &self.tank, &marks, self.mark_radius_px);
+        output.bytes("overlay.jpg", &picture::jpeg(picture.view(), QUALITY)?)
+    }
+}

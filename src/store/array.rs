@@ -1,0 +1,254 @@
+//! Arrays on disk: Zarr version 3, sharded, zstd, checksums; readable by any Zarr library.
+//!
+//! A shard holds whole cross-sections: its depth along axis 0 is as large as [`SHARD_BYTES`] allows, so that
+//! an array has few files, and one shard is written once. The inner chunks are shallow along axis 0, so that
+//! reading a slab decodes little more than the slab. A trailing axis of at most four channels is kept whole.
+
+use std::marker::PhantomData;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ndarray::{ArrayD, ArrayViewD, Axis, IxDyn, Slice};
+use zarrs::array::codec::{Crc32cCodec, ShardingCodecBuilder, SubchunkWriteOrder, ZstdCodec};
+use zarrs::array::{Array, ArrayBuilder, ArraySubset, DataType, data_type};
+use zarrs::filesystem::FilesystemStore;
+
+use super::digest::{ArrayHasher, Digest};
+use super::element::{Dtype, Element};
+use super::virtual_array::VirtualArtefact;
+use crate::error::{Error, Result};
+
+/// Bytes that one shard holds at most before compression, unless a single row of inner chunks is larger.
+const SHARD_BYTES: usize = 64 << 20;
+/// Depth of an inner chunk along axis 0 of a volume.
+const CHUNK_DEPTH: usize = 8;
+/// Largest side of an inner chunk along the other axes of a volume.
+const CHUNK_SIDE: usize = 128;
+
+/// Shapes of inner chunk and shard for an array of `shape` with elements of `element_bytes`.
+fn chunking(shape: &[usize], element_bytes: usize) -> (Vec<usize>, Vec<usize>) {
+    let channels = usize::from(shape.len() > 1 && shape[shape.len() - 1] <= 4);
+    let spatial = shape.len() - channels;
+    let (depth, side) = match spatial {
+        1 => (1 << 16, 0),
+        2 => (256, 256),
+        _ => (CHUNK_DEPTH, CHUNK_SIDE),
+    };
+    let mut inner: Vec<usize> = shape.to_vec();
+    inner[0] = shape[0].clamp(1, depth);
+    for (axis, cell) in inner.iter_mut().enumerate().skip(1) {
+        *cell = if axis < spatial {
+            let parts = shape[axis].div_ceil(side).max(1);
+            shape[axis].div_ceil(parts).max(1)
+        } else {
+            shape[axis].max(1)
+        };
+    }
+    let mut shard: Vec<usize> = shape.iter().zip(&inner).map(|(n, c)| n.div_ceil(*c).max(1) * c).collect();
+    let layer: usize = shard[1..].iter().product::<usize>() * inner[0] * element_bytes;
+    let layers = (SHARD_BYTES / layer.max(1)).clamp(1, shard[0] / inner[0]);
+    shard[0] = layers * inner[0];
+    (inner, shard)
+}
+
+fn zarr_type(dtype: Dtype) -> DataType {
+    match dtype {
+        Dtype::Uint8 => data_type::uint8(),
+        Dtype::Uint16 => data_type::uint16(),
+        Dtype::Uint32 => data_type::uint32(),
+        Dtype::Uint64 => data_type::uint64(),
+        Dtype::Int8 => data_type::int8(),
+        Dtype::Int16 => data_type::int16(),
+        Dtype::Int32 => data_type::int32(),
+        Dtype::Int64 => data_type::int64(),
+        Dtype::Float32 => data_type::float32(),
+        Dtype::Float64 => data_type::float64(),
+    }
+}
+
+fn wide(shape: &[usize]) -> Vec<u64> {
+    shape.iter().map(|&n| n as u64).collect()
+}
+
+/// Writes an array slab by slab along axis 0. Slabs must come in order and fill the shape.
+pub struct SlabWriter<T: Element> {
+    array: Array<FilesystemStore>,
+    folder: PathBuf,
+    shape: Vec<usize>,
+    /// The shard being filled, `shard` cells large, padded with the fill value.
+    buffer: ArrayD<T>,
+    /// Rows written before the shard being filled.
+    start: usize,
+    /// Rows in the shard being filled.
+    filled: usize,
+    hasher: ArrayHasher,
+    done: Box<dyn FnOnce(Digest) -> Result<()> + Send>,
+}
+
+impl<T: Element> SlabWriter<T> {
+    /// Begins an array at `folder`; `done` is called with the digest when it is complete.
+    pub(super) fn create(
+        folder: &Path,
+        shape: &[usize],
+        dimensions: &[&str],
+        done: Box<dyn FnOnce(Digest) -> Result<()> + Send>,
+    ) -> Result<Self> {
+        if shape.is_empty() || shape.len() != dimensions.len() {
+            return Err(Error::failed(format!(
+                "array `{}` has shape {shape:?} but the dimension names {dimensions:?}",
+                folder.display()
+            )));
+        }
+        let (inner, shard) = chunking(shape, size_of::<T>());
+        let cannot = |cause: &dyn std::fmt::Display| Error::io("create the array", folder, cause);
+        let storage = Arc::new(FilesystemStore::new(folder).map_err(|e| cannot(&e))?);
+        let data_type = zarr_type(T::DTYPE);
+        let inner_shape = inner.iter().filter_map(|&n| std::num::NonZeroU64::new(n as u64)).collect::<Vec<_>>();
+        let zstd = ZstdCodec::new(1, false);
+        let sharding = ShardingCodecBuilder::new(inner_shape, &data_type)
+            .bytes_to_bytes_codecs(vec![Arc::new(zstd), Arc::new(Crc32cCodec::new())])
+            .build()
+            .with_subchunk_write_order(SubchunkWriteOrder::C);
+        let array = ArrayBuilder::new(wide(shape), wide(&shard), data_type, T::FILL)
+            .array_to_bytes_codec(Arc::new(sharding))
+            .dimension_names(Some(dimensions.iter().copied()))
+            .build(storage, "/")
+            .map_err(|e| cannot(&e))?;
+        array.store_metadata().map_err(|e| cannot(&e))?;
+        Ok(Self {
+            array,
+            folder: folder.to_owned(),
+            shape: shape.to_vec(),
+            buffer: ArrayD::from_elem(IxDyn(&shard), T::FILL),
+            start: 0,
+            filled: 0,
+            hasher: ArrayHasher::default(),
+            done,
+        })
+    }
+
+    /// Appends `slab`, whose axes but the first have the array's lengths.
+    pub fn push(&mut self, slab: ArrayViewD<'_, T>) -> Result<()> {
+        let rows = slab.shape().first().copied().unwrap_or(0);
+        let next = self.start + self.filled;
+        if slab.ndim() != self.shape.len() || slab.shape()[1..] != self.shape[1..] || next + rows > self.shape[0] {
+            return Err(Error::failed(format!(
+                "a slab of shape {:?} does not fit at row {next} of array `{}` of shape {:?}",
+                slab.shape(),
+                self.folder.display(),
+                self.shape
+            )));
+        }
+        self.hasher.update(slab.view());
+        let depth = self.buffer.shape()[0];
+        let mut taken = 0;
+        while taken < rows {
+            let count = (rows - taken).min(depth - self.filled);
+            let shape = &self.shape;
+            let (filled, buffer) = (self.filled, &mut self.buffer);
+            let mut target = buffer.slice_each_axis_mut(|axis| match axis.axis.index() {
+                0 => Slice::from(filled..filled + count),
+                a => Slice::from(0..shape[a]),
+            });
+            let source = slab.slice_axis(Axis(0), Slice::from(taken..taken + count));
+            target.zip_mut_with(&source, |to, from| *to = from.canonical());
+            taken += count;
+            self.filled += count;
+            if self.filled == depth {
+                self.store_shard()?;
+            }
+        }
+        Ok(())
+    }
+
+    fn store_shard(&mut self) -> Result<()> {
+        let depth = self.buffer.shape()[0];
+        if self.filled < depth {
+            self.buffer.slice_axis_mut(Axis(0), Slice::from(self.filled..)).fill(T::FILL);
+        }
+        let mut index = vec![0; self.shape.len()];
+        index[0] = (self.start / depth) as u64;
+        self.array.store_chunk(&index, &self.buffer).map_err(|e| Error::io("write the array", &self.folder, e))?;
+        self.start += self.filled;
+        self.filled = 0;
+        Ok(())
+    }
+
+    /// Completes the array; an error if rows are missing.
+    pub fn finish(mut self) -> Result<()> {
+        if self.filled > 0 {
+            self.store_shard()?;
+        }
+        if self.start != self.shape[0] {
+            return Err(Error::failed(format!(
+                "array `{}` was given {} of its {} rows",
+                self.folder.display(),
+                self.start,
+                self.shape[0]
+            )));
+        }
+        (self.done)(self.hasher.finish())
+    }
+}
+
+enum Source {
+    Stored(Box<Array<FilesystemStore>>, PathBuf),
+    Virtual(Arc<VirtualArtefact>, String),
+}
+
+/// Reads an array, whole or by slabs along axis 0.
+pub struct ArrayReader<T: Element> {
+    source: Source,
+    shape: Vec<usize>,
+    element: PhantomData<T>,
+}
+
+impl<T: Element> ArrayReader<T> {
+    /// Opens the Zarr array in `folder`, which the manifest says has `shape`.
+    pub(super) fn open(folder: &Path, shape: &[usize]) -> Result<Self> {
+        let cannot = |cause: &dyn std::fmt::Display| {
+            Error::io("open the array", folder, cause).help("the store is damaged: run `rootvox cache verify`")
+        };
+        let storage = Arc::new(FilesystemStore::new(folder).map_err(|e| cannot(&e))?);
+        let array = Array::open(storage, "/").map_err(|e| cannot(&e))?;
+        Ok(Self {
+            source: Source::Stored(Box::new(array), folder.to_owned()),
+            shape: shape.to_vec(),
+            element: PhantomData,
+        })
+    }
+
+    /// Reads from a source that is computed as it is read.
+    pub(super) fn streamed(source: Arc<VirtualArtefact>, name: &str, shape: &[usize]) -> Self {
+        Self { source: Source::Virtual(source, name.to_owned()), shape: shape.to_vec(), element: PhantomData }
+    }
+
+    /// Lengths of the axes.
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    /// The whole array.
+    pub fn read(&self) -> Result<ArrayD<T>> {
+        self.slab(0..self.shape[0])
+    }
+
+    /// The rows `rows` along axis 0.
+    pub fn slab(&self, rows: Range<usize>) -> Result<ArrayD<T>> {
+        if rows.start > rows.end || rows.end > self.shape[0] {
+            return Err(Error::failed(format!("rows {rows:?} lie outside of an array of shape {:?}", self.shape)));
+        }
+        match &self.source {
+            Source::Stored(array, folder) => {
+                let ranges: Vec<Range<u64>> = std::iter::once(rows.start as u64..rows.end as u64)
+                    .chain(self.shape[1..].iter().map(|&n| 0..n as u64))
+                    .collect();
+                array.retrieve_array_subset(&ArraySubset::new_with_ranges(&ranges)).map_err(|e| {
+                    Error::io("read the array", folder, e).help("the store is damaged: run `rootvox cache verify`")
+                })
+            }
+            Source::Virtual(source, name) => source.slab(name, rows),
+        }
+    }
+}

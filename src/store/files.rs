@@ -1,0 +1,90 @@
+//! Plain files: digests, sizes, atomic writing.
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+use super::digest::Digest;
+use crate::error::{Error, Result};
+
+/// Digest and length of the file at `path`.
+pub(super) fn digest_file(path: &Path) -> Result<(Digest, u64)> {
+    let cannot = |e| Error::io("read", path, e);
+    let mut file = std::fs::File::open(path).map_err(cannot)?;
+    let mut hasher = blake3::Hasher::new();
+    let mut block = vec![0; 1 << 20];
+    let mut length = 0;
+    loop {
+        match file.read(&mut block).map_err(cannot)? {
+            0 => return Ok((Digest(hasher.finalize().into()), length)),
+            n => {
+                hasher.update(&block[..n]);
+                length += n as u64;
+            }
+        }
+    }
+}
+
+/// All files under `folder` as paths relative to it with `/` between names, sorted; nothing if it is missing.
+pub(super) fn tree(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
+    let mut found = Vec::new();
+    let mut open = vec![(String::new(), folder.to_owned())];
+    while let Some((prefix, path)) = open.pop() {
+        let entries = match std::fs::read_dir(&path) {
+            Ok(entries) => entries,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound && prefix.is_empty() => return Ok(found),
+            Err(e) => return Err(Error::io("list", &path, e)),
+        };
+        for entry in entries {
+            let entry = entry.map_err(|e| Error::io("list", &path, e))?;
+            let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+            if entry.file_type().map_err(|e| Error::io("list", &path, e))?.is_dir() {
+                open.push((format!("{name}/"), entry.path()));
+            } else {
+                found.push((name, entry.path()));
+            }
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Bytes of all files under `folder`.
+pub(super) fn tree_bytes(folder: &Path) -> Result<u64> {
+    let mut total = 0;
+    for (_, path) in tree(folder)? {
+        total += std::fs::metadata(&path).map_err(|e| Error::io("look at", &path, e))?.len();
+    }
+    Ok(total)
+}
+
+/// Digest over the sorted relative paths and contents of a folder, and its bytes.
+pub(super) fn digest_tree(folder: &Path) -> Result<(Digest, u64)> {
+    let mut hasher = blake3::Hasher::new();
+    let mut total = 0;
+    for (name, path) in tree(folder)? {
+        let (digest, length) = digest_file(&path)?;
+        hasher.update(&(name.len() as u64).to_le_bytes());
+        hasher.update(name.as_bytes());
+        hasher.update(&digest.0);
+        total += length;
+    }
+    Ok((Digest(hasher.finalize().into()), total))
+}
+
+/// Writes a new file and brings it to the disk.
+pub(super) fn write_synced(path: &Path, bytes: &[u8]) -> Result<()> {
+    let write = || -> std::io::Result<()> {
+        let mut file = std::fs::File::create(path)?;
+        file.write_all(bytes)?;
+        file.sync_all()
+    };
+    write().map_err(|e| Error::io("write", path, e))
+}
+
+/// Brings a folder's entries to the disk, where the system can.
+pub(super) fn sync_folder(path: &Path) {
+    if let Ok(folder) = std::fs::File::open(path) {
+        // Some file systems refuse to synchronise folders; the files themselves are synchronised.
+        let _ = folder.sync_all();
+    }
+}

@@ -1,0 +1,113 @@
+//! What the store knows of one node's result: a JSON page that people can read.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::digest::{Digest, Key};
+use super::element::Dtype;
+
+/// Version of the manifest and of the layout; part of the folder's name.
+pub const FORMAT: u32 = 1;
+
+/// What a member is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MemberKind {
+    /// A Zarr array in a folder of the member's name.
+    Array,
+    /// A JSON value in `<name>.json`.
+    Json,
+    /// A file.
+    Bytes,
+    /// A folder of files.
+    Folder,
+}
+
+impl MemberKind {
+    /// The word used in manifests.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Array => "array",
+            Self::Json => "json",
+            Self::Bytes => "bytes",
+            Self::Folder => "folder",
+        }
+    }
+}
+
+/// One named part of an artefact.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Member {
+    /// Its name within the artefact.
+    pub name: String,
+    /// What it is.
+    pub kind: MemberKind,
+    /// Data type, arrays only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dtype: Option<Dtype>,
+    /// Shape, arrays only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shape: Vec<usize>,
+    /// Digest of the decoded values.
+    pub digest: Digest,
+    /// Bytes on disk.
+    pub bytes: u64,
+}
+
+/// One upstream artefact of a node.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InputRecord {
+    /// Label of the upstream node in the study that ran it.
+    pub node: String,
+    /// Digest of its artefact.
+    pub digest: Digest,
+}
+
+/// The record of one node's run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Format of this page.
+    pub format: u32,
+    /// Name of the stage.
+    pub stage: String,
+    /// Version of the stage.
+    pub version: u32,
+    /// Label of the node in the study that ran it.
+    pub label: String,
+    /// Parameters with their defaults written out.
+    pub params: serde_json::Value,
+    /// For each port the upstream artefacts in order.
+    pub inputs: BTreeMap<String, Vec<InputRecord>>,
+    /// The node's key.
+    pub key: Key,
+    /// Digest of the artefact.
+    pub digest: Digest,
+    /// Whether the values were streamed into their consumer and are not stored here.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not", rename = "virtual")]
+    pub is_virtual: bool,
+    /// The parts of the artefact, by name.
+    pub members: Vec<Member>,
+    /// When the run began (RFC 3339, UTC).
+    pub started: String,
+    /// How long it took, in seconds.
+    pub seconds: f64,
+    /// Bytes the stage said that it may hold at its peak.
+    pub peak_bytes: u64,
+    /// Threads the run could use.
+    pub threads: usize,
+    /// Machine it ran on.
+    pub host: String,
+    /// Version of the program.
+    pub program: String,
+    /// What the stage warned of.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+}
+
+impl Manifest {
+    /// Bytes on disk of all members.
+    pub fn bytes(&self) -> u64 {
+        self.members.iter().map(|member| member.bytes).sum()
+    }
+}

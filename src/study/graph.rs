@@ -1,0 +1,142 @@
+//! A study's settings as a graph of nodes: what is computed from what.
+
+use super::settings::{Settings, Source};
+use crate::error::{Error, Result};
+use crate::evaluation::ScoreParams;
+use crate::flow::{Graph, NodeId};
+use crate::stages::camera::Camera;
+use crate::stages::cameras::Cameras;
+use crate::stages::capture::{Capture, photo_name};
+use crate::stages::evaluate::Evaluate;
+use crate::stages::extract::Extract;
+use crate::stages::labels::Labels;
+use crate::stages::merge::Merge;
+use crate::stages::overlay::Overlay;
+use crate::stages::photograph::Photograph;
+use crate::stages::render::Render;
+use crate::stages::rootness::Rootness;
+use crate::stages::suppress::Suppress;
+use crate::stages::undistort::Undistort;
+use crate::stages::volume::Volume;
+
+/// The nodes of a study whose results people look at.
+#[derive(Debug, Clone)]
+pub struct StudyNodes {
+    /// Name of each photograph, in capture order.
+    pub photos: Vec<String>,
+    /// The photographs themselves.
+    pub photo_nodes: Vec<NodeId>,
+    /// Lens and poses; of a simulated capture the true roots too.
+    pub cameras: NodeId,
+    /// The extracted root voxels.
+    pub extract: NodeId,
+    /// The OME-Zarr image.
+    pub volume: NodeId,
+    /// Its labels.
+    pub labels: NodeId,
+    /// One overlay per photograph.
+    pub overlays: Vec<NodeId>,
+    /// The score, where the truth is known.
+    pub score: Option<NodeId>,
+}
+
+impl StudyNodes {
+    /// All nodes that a run brings up to date.
+    pub fn targets(&self) -> Vec<NodeId> {
+        let mut targets = vec![self.extract, self.volume, self.labels];
+        targets.extend(&self.overlays);
+        targets.extend(self.score);
+        targets
+    }
+}
+
+/// Adds the study to the graph.
+///
+/// # Errors
+/// Where two photographs have one name.
+pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
+    let (photos, files, cameras, truth) = match &s.source {
+        Source::Files(paths) => {
+            let names: Vec<String> = paths
+                .iter()
+                .map(|p| p.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default())
+                .collect();
+            if let Some(twice) = names.iter().enumerate().find_map(|(n, a)| names[..n].contains(a).then_some(a)) {
+                return Err(Error::usage(format!("photos.images finds two photographs named `{twice}`"))
+                    .help("give each photograph of a study a name of its own"));
+            }
+            let files: Vec<NodeId> =
+                names.iter().zip(paths).map(|(n, p)| graph.file(&format!("photo/{n}"), p)).collect();
+            let file = graph.file("cameras-file", s.input_dir.join(&s.cameras.path));
+            let cameras = graph.add("cameras", Cameras { tank: s.tank.clone() }, &[("file", &[file])]);
+            let truth = s.truth.roots.as_ref().map(|r| graph.file("truth", s.input_dir.join(r)));
+            (names, files, cameras, truth)
+        }
+        Source::Simulated(simulate) => {
+            let capture = graph.add(
+                "capture",
+                Capture {
+                    tank: s.tank.clone(),
+                    growth: simulate.growth.clone(),
+                    capture: simulate.capture.clone(),
+                    seed: simulate.seed,
+                },
+                &[],
+            );
+            let names: Vec<String> = (0..simulate.capture.views).map(|n| photo_name(&simulate.capture, n)).collect();
+            let files = (0..simulate.capture.views)
+                .map(|view| {
+                    let stage = Photograph {
+                        tank: s.tank.clone(),
+                        capture: simulate.capture.clone(),
+                        seed: simulate.seed,
+                        view,
+                    };
+                    graph.add(&format!("photograph/{}", names[view]), stage, &[("capture", &[capture])])
+                })
+                .collect();
+            (names, files, capture, Some(capture))
+        }
+    };
+
+    let mut views = Vec::new();
+    let mut overlay_inputs = Vec::new();
+    for (name, &photo) in photos.iter().zip(&files) {
+        let camera = graph.add(&format!("camera/{name}"), Camera { photo: name.clone() }, &[("cameras", &[cameras])]);
+        let undistorted =
+            graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
+        let render = Render { tank: s.tank.clone(), grid: s.grid };
+        let ports: &[(&str, &[NodeId])] = &[("photo", &[undistorted]), ("camera", &[camera])];
+        views.push(graph.add(&format!("render/{name}"), render, ports));
+        overlay_inputs.push((name, undistorted, camera));
+    }
+    let merged = graph.add("merge", Merge { params: s.merge.clone() }, &[("views", &views)]);
+    let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
+    let rootness = graph.add("rootness", rootness, &[("merged", &[merged])]);
+    let ridges = graph.add("suppress", Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
+    let extract = graph.add("extract", Extract { grid: s.grid, params: s.extract }, &[("ridges", &[ridges])]);
+    let overlays = overlay_inputs
+        .into_iter()
+        .map(|(name, photo, camera)| {
+            graph.add(
+                &format!("overlay/{name}"),
+                Overlay { tank: s.tank.clone(), mark_radius_px: s.overlay.mark_radius },
+                &[("photo", &[photo]), ("camera", &[camera]), ("roots", &[extract])],
+            )
+        })
+        .collect();
+    let volume = graph.add("volume", Volume { grid: s.grid }, &[("merged", &[merged]), ("rootness", &[rootness])]);
+    let labels = graph.add("labels", Labels { grid: s.grid }, &[("roots", &[extract])]);
+    let score = truth.map(|truth| {
+        let stage = Evaluate {
+            tank: s.tank.clone(),
+            params: ScoreParams {
+                z_min_mm: s.truth.z_min,
+                z_max_mm: s.truth.z_max.unwrap_or(s.grid.spacing_mm * s.grid.shape[0] as f64 - 2.0),
+                ..ScoreParams::default()
+            },
+        };
+        graph.add("evaluate", stage, &[("roots", &[extract]), ("truth", &[truth])])
+    });
+    Ok(StudyNodes { photos, photo_nodes: files, cameras, extract, volume, labels, overlays, score })
+}

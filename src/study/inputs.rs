@@ -1,0 +1,248 @@
+//! The sections that say what goes in: [study], [photos], [cameras], [tank], [grid], [truth].
+
+use crate::error::{Error, Result};
+use crate::formats::tank_json;
+use crate::optics::{Index, Tank};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// `[study]`: what the study is called.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StudySection {
+    /// Name of the results folder; the file's name without its ending when absent.
+    pub name: Option<String>,
+    /// Free text for people; no result depends on it.
+    pub description: Option<String>,
+}
+
+/// `[photos]`: which photographs, in capture order.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Photos {
+    /// Folder that the other input paths of the study start from; relative to the study file (or to
+    /// the working folder when given by `--set`).
+    pub dir: String,
+    /// Pattern of the photographs (`*` and `?`), sorted by name with numbers in numeric order.
+    pub images: String,
+}
+
+impl Default for Photos {
+    fn default() -> Self {
+        Self { dir: ".".into(), images: "images/*.jpg".into() }
+    }
+}
+
+/// Where the cameras come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CameraSource {
+    /// A file with lens and poses.
+    #[default]
+    File,
+    /// Structure from motion on the photographs, then registration of the tank.  Paper 2.2.
+    Sfm,
+}
+
+/// `[cameras]`: lens and poses.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Cameras {
+    /// `file` or `sfm`.
+    pub source: CameraSource,
+    /// With `file`: a `cameras.json`, relative to `photos.dir`.
+    pub path: String,
+}
+
+impl Default for Cameras {
+    fn default() -> Self {
+        Self { source: CameraSource::File, path: "cameras.json".into() }
+    }
+}
+
+/// `[tank]`: geometry and material; numbers given here win over those of `file`.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TankSection {
+    /// A `tank.json`, relative to `photos.dir`.
+    pub file: Option<String>,
+    /// Outer radius r, mm.
+    pub radius: Option<f64>,
+    /// Outer height h, mm.
+    pub height: Option<f64>,
+    /// Thickness τ of wall and floor, mm.
+    pub wall: Option<f64>,
+    /// Depth of the water surface below the rim, mm.
+    pub water_level: Option<f64>,
+    /// Refractive indices.
+    pub index: IndexSection,
+    /// Opaque bands around the outer wall, [z from, z to], mm.
+    pub belts: Option<Vec<[f64; 2]>>,
+}
+
+/// `[tank.index]`.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct IndexSection {
+    /// n₁, 1.0 for air.
+    pub air: Option<f64>,
+    /// n₂, 1.49 for PMMA, 1.52 for common glass.
+    pub wall: Option<f64>,
+    /// n₃, 1.333 for water.
+    pub water: Option<f64>,
+}
+
+impl TankSection {
+    /// The tank, from the file and the numbers given beside it.
+    ///
+    /// # Errors
+    /// All at once: what is missing, and what makes no tank ([`Tank::check`]).
+    pub fn resolve(&self, input_dir: &Path) -> Result<Tank> {
+        let from_file = match &self.file {
+            None => None,
+            Some(file) => {
+                let path = input_dir.join(file);
+                let text = std::fs::read_to_string(&path).map_err(|e| {
+                    Error::io("read the tank from", &path, e).help("check tank.file; it is relative to photos.dir")
+                })?;
+                Some(tank_json::parse(&path.display().to_string(), &text)?)
+            }
+        };
+        let mut missing = Vec::new();
+        let mut take = |given: Option<f64>, file: fn(&Tank) -> f64, key: &str| {
+            given.or_else(|| from_file.as_ref().map(file)).unwrap_or_else(|| {
+                missing.push(Error::usage(format!("tank.{key} is not given")).help(format!(
+                    "measure the tank and write `{key}` (mm) under [tank], or name a tank.json with `file`"
+                )));
+                f64::NAN
+            })
+        };
+        let paper = from_file.as_ref().map_or_else(Index::default, |t| t.index);
+        let tank = Tank {
+            radius_mm: take(self.radius, |t| t.radius_mm, "radius"),
+            height_mm: take(self.height, |t| t.height_mm, "height"),
+            wall_mm: take(self.wall, |t| t.wall_mm, "wall"),
+            water_level_mm: take(self.water_level, |t| t.water_level_mm, "water_level"),
+            index: Index {
+                air: self.index.air.unwrap_or(paper.air),
+                wall: self.index.wall.unwrap_or(paper.wall),
+                water: self.index.water.unwrap_or(paper.water),
+            },
+            belts_mm: self.belts.clone().or_else(|| from_file.as_ref().map(|t| t.belts_mm.clone())).unwrap_or_default(),
+        };
+        Error::many(missing)?;
+        tank.check()?;
+        Ok(tank)
+    }
+}
+
+/// `[grid]`: the voxels.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GridSection {
+    /// Edge δ of a voxel, mm.  Paper 3: 1 mm.
+    pub spacing: f64,
+    /// How deep below the rim to reconstruct, mm; down to the inner floor when absent.
+    pub depth: Option<f64>,
+}
+
+impl Default for GridSection {
+    fn default() -> Self {
+        Self { spacing: 1.0, depth: None }
+    }
+}
+
+/// `[truth]`: the true roots, where they are known; the result is then scored against them.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Truth {
+    /// A `roots.json`, relative to `photos.dir`.
+    pub roots: Option<String>,
+    /// Score only below this depth, mm; 16 mm under the water level when absent.
+    pub z_min: Option<f64>,
+    /// Score only above this depth, mm; 2 mm above the reconstruction's depth when absent.
+    pub z_max: Option<f64>,
+}
+
+/// The photographs that `photos.images` names, in capture order.
+///
+/// # Errors
+/// A pattern that is none, a folder that is missing, or no photograph found.
+pub fn find_photographs(input_dir: &Path, photos: &Photos) -> Result<Vec<PathBuf>> {
+    if !input_dir.is_dir() {
+        return Err(Error::usage(format!("photos.dir: there is no folder `{}`", input_dir.display()))
+            .help("name the folder of the capture: --set photos.dir=PATH"));
+    }
+    let pattern = input_dir.join(&photos.images).display().to_string();
+    let found = glob::glob(&pattern)
+        .map_err(|e| Error::usage(format!("photos.images: `{}` is no pattern: {e}", photos.images)))?;
+    let mut paths = Vec::new();
+    for entry in found {
+        let path = entry.map_err(|e| Error::io("read", e.path(), e.error()))?;
+        if path.is_file() {
+            paths.push(path);
+        }
+    }
+    if paths.is_empty() {
+        return Err(Error::usage(format!("photos.images: no photograph matches `{pattern}`"))
+            .help("give the pattern of your photographs, relative to photos.dir, such as images = \"*.png\""));
+    }
+    paths.sort_by_key(|p| natural(&p.display().to_string()));
+    Ok(paths)
+}
+
+/// Key under which `img2` comes before `img10`.
+fn natural(name: &str) -> Vec<(u64, String)> {
+    let mut parts = Vec::new();
+    let mut text = String::new();
+    let mut chars = name.chars().peekable();
+    while let Some(&c) = chars.peek() {
+        if c.is_ascii_digit() {
+            let mut number = 0_u64;
+            while let Some(d) = chars.peek().and_then(|c| c.to_digit(10)) {
+                number = number.saturating_mul(10).saturating_add(u64::from(d));
+                chars.next();
+            }
+            parts.push((u64::MAX, std::mem::take(&mut text)));
+            parts.push((number, String::new()));
+        } else {
+            text.push(c);
+            chars.next();
+        }
+    }
+    parts.push((u64::MAX, text));
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_sort_as_numbers() {
+        let mut names = ["img10.jpg", "img2.jpg", "img1.jpg"];
+        names.sort_by_key(|n| natural(n));
+        assert_eq!(names, ["img1.jpg", "img2.jpg", "img10.jpg"]);
+    }
+
+    #[test]
+    fn everything_missing_of_a_tank_is_said_at_once() {
+        let e = TankSection::default().resolve(Path::new(".")).unwrap_err();
+        assert_eq!(1 + e.others.len(), 4, "{e}");
+        let thick = TankSection {
+            radius: Some(50.0),
+            height: Some(100.0),
+            wall: Some(60.0),
+            water_level: Some(5.0),
+            ..TankSection::default()
+        };
+        assert!(thick.resolve(Path::new(".")).unwrap_err().message.contains("not thinner"));
+    }
+
+    #[test]
+    fn an_empty_folder_is_said_to_hold_no_photograph() {
+        let dir = tempfile::tempdir().unwrap();
+        let e = find_photographs(dir.path(), &Photos::default()).unwrap_err();
+        assert!(e.message.contains("no photograph matches"), "{e}");
+    }
+}

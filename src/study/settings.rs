@@ -1,0 +1,151 @@
+//! A study as its file says it, checked: every section typed, every default written out.
+
+use super::document::{Document, Sources};
+use super::inputs::{Cameras, GridSection, Photos, StudySection, TankSection, Truth, find_photographs};
+use crate::error::{Error, Result};
+use crate::optics::Tank;
+use crate::simulation::{CaptureParams, GrowthParams};
+use crate::volume::Grid;
+use crate::volume::hysteresis::Hysteresis;
+use crate::volume::merge::Merge;
+use crate::volume::rootness::Rootness;
+use crate::volume::suppress::Suppress;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// `[simulate]`: photograph a grown root system instead of reading photographs.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Simulate {
+    /// Seed of growth, rotation and noise.
+    pub seed: u64,
+    /// How the roots grow.
+    pub growth: GrowthParams,
+    /// How they are photographed.
+    pub capture: CaptureParams,
+}
+
+/// `[overlay]`: the pictures of roots on photographs.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OverlaySection {
+    /// Radius of a mark, px.
+    pub mark_radius: f64,
+}
+
+impl Default for OverlaySection {
+    fn default() -> Self {
+        Self { mark_radius: 1.0 }
+    }
+}
+
+/// Where the photographs come from.
+#[derive(Debug, Clone)]
+pub enum Source {
+    /// Files, in capture order.
+    Files(Vec<PathBuf>),
+    /// A simulated capture.
+    Simulated(Box<Simulate>),
+}
+
+/// A study, ready to be made into a graph.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Name of the results folder.
+    pub name: String,
+    /// Folder that input paths start from.
+    pub input_dir: PathBuf,
+    /// The photographs.
+    pub source: Source,
+    /// `[cameras]`.
+    pub cameras: Cameras,
+    /// The tank.
+    pub tank: Tank,
+    /// The voxels.
+    pub grid: Grid,
+    /// `[merge]`.
+    pub merge: Merge,
+    /// `[rootness]`.
+    pub rootness: Rootness,
+    /// `[suppress]`.
+    pub suppress: Suppress,
+    /// `[extract]`.
+    pub extract: Hysteresis,
+    /// `[overlay]`.
+    pub overlay: OverlaySection,
+    /// `[truth]`.
+    pub truth: Truth,
+}
+
+/// The sections of a study file.
+const SECTIONS: &[&str] = &[
+    "study", "simulate", "photos", "cameras", "tank", "grid", "merge", "rootness", "suppress", "extract", "overlay",
+    "truth",
+];
+
+impl Settings {
+    /// Reads the study file at `path` with `--set` overrides laid over it.
+    ///
+    /// # Errors
+    /// Every fault of the file at once, with line, column and remedy.
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            let mut error = Error::usage(format!("cannot read the study file `{}`: {e}", path.display()));
+            error.help = Some("a study is a TOML file; see pipelines/ for examples".into());
+            error
+        })?;
+        let sources = Sources::new(&path.display().to_string(), &text, overrides)?;
+        let mut file = Document::parse(&sources)?;
+
+        let study: StudySection = file.section("study");
+        let simulated = file.has("simulate");
+        let simulate: Simulate = file.section("simulate");
+        let photos: Photos = file.section("photos");
+        let cameras: Cameras = file.section("cameras");
+        let tank: TankSection = file.section("tank");
+        let grid: GridSection = file.section("grid");
+        let merge: Merge = file.section("merge");
+        let rootness: Rootness = file.section("rootness");
+        let suppress: Suppress = file.section("suppress");
+        let extract: Hysteresis = file.section("extract");
+        let overlay: OverlaySection = file.section("overlay");
+        let truth: Truth = file.section("truth");
+        for checked in [merge.check(), rootness.check(grid.spacing)] {
+            if let Err(e) = checked {
+                file.refuse(e);
+            }
+        }
+        file.finish(SECTIONS)?;
+
+        // A folder named on the command line starts from where the user stands.
+        let from_command = overrides.iter().any(|o| o.trim_start().starts_with("photos.dir"));
+        let base = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
+        let input_dir = base.join(&photos.dir);
+        let tank = tank.resolve(&input_dir)?;
+        let depth_mm = grid.depth.unwrap_or_else(|| tank.floor_mm());
+        let name =
+            study.name.unwrap_or_else(|| path.file_stem().map_or("study".into(), |s| s.to_string_lossy().into()));
+        if name.is_empty() || name.starts_with('.') || name.contains(['/', '\\']) {
+            return Err(Error::usage(format!("study.name `{name}` cannot name a folder"))
+                .help("use letters, digits, `-` and `_`"));
+        }
+        Ok(Self {
+            name,
+            source: if simulated {
+                Source::Simulated(Box::new(simulate))
+            } else {
+                Source::Files(find_photographs(&input_dir, &photos)?)
+            },
+            input_dir,
+            cameras,
+            grid: Grid::of_tank(&tank, grid.spacing, depth_mm)?,
+            tank,
+            merge,
+            rootness,
+            suppress,
+            extract,
+            overlay,
+            truth,
+        })
+    }
+}

@@ -1,0 +1,214 @@
+//! Hysteresis over ridges: which belong to roots, and which to one piece.  Paper 2.5.
+//!
+//! Ridge voxels of rootness above `low` that touch (26 neighbours) form pieces; the pieces that hold a
+//! voxel above `high` are root. [`Links`] finds the touching pairs once; then any pair of thresholds is
+//! a pass of union-find over them.
+
+use super::ridges::Ridges;
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// The two thresholds, in the unit of rootness.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Hysteresis {
+    /// Voxels above it may be root.
+    pub low: f32,
+    /// Voxels above it are root, and all that is linked to them above `low`.
+    pub high: f32,
+}
+
+impl Default for Hysteresis {
+    /// The paper's choice (section 3).
+    fn default() -> Self {
+        Self { low: 0.01, high: 0.02 }
+    }
+}
+
+/// Pairs of ridge voxels that touch, by their places in the list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Links {
+    pairs: Vec<[u32; 2]>,
+}
+
+/// Which ridge voxels are root.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pieces {
+    /// Per ridge voxel: 0 = not root, else the number of its piece, from 1 in the order of first voxels.
+    pub label: Vec<u32>,
+    /// Number of pieces.
+    pub count: u32,
+}
+
+impl Links {
+    /// Finds all pairs among ridges of rootness above `floor`; thresholds under it find nothing more.
+    pub fn new(ridges: &Ridges, floor: f32) -> Self {
+        let [_, ny, nx] = ridges.shape;
+        let kept: Vec<u32> = (0..ridges.len() as u32).filter(|&n| ridges.rootness[n as usize] > floor).collect();
+        let mut pairs = Vec::new();
+        // The 13 neighbours that come later in the list; for each one a sweep with two fingers, since
+        // the index of the neighbour rises with the index.
+        for [x, y, z] in (14..27i64).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1]) {
+            let shift = (z * ny as i64 + y) * nx as i64 + x;
+            let mut ahead = 0;
+            for &n in &kept {
+                let index = i64::from(ridges.index[n as usize]);
+                let wanted = index + shift;
+                while ahead < kept.len() && i64::from(ridges.index[kept[ahead] as usize]) < wanted {
+                    ahead += 1;
+                }
+                let Some(&other) = kept.get(ahead) else { break };
+                if i64::from(ridges.index[other as usize]) == wanted {
+                    // Not around the end of a row or a plane.
+                    let (i, j) = (index % nx as i64, index / nx as i64 % ny as i64);
+                    if (0..nx as i64).contains(&(i + x)) && (0..ny as i64).contains(&(j + y)) {
+                        pairs.push([n, other]);
+                    }
+                }
+            }
+        }
+        Self { pairs }
+    }
+
+    /// The touching pairs.
+    pub fn pairs(&self) -> &[[u32; 2]] {
+        &self.pairs
+    }
+
+    /// The pieces at the given thresholds.
+    ///
+    /// # Errors
+    /// Where `low` exceeds `high` or either is not a number.
+    pub fn pieces(&self, ridges: &Ridges, thresholds: &Hysteresis) -> Result<Pieces> {
+        let Hysteresis { low, high } = *thresholds;
+        if low > high || low.is_nan() || high.is_nan() {
+            return Err(Error::usage(format!("extract.low ({low}) is not at most extract.high ({high})"))
+                .help("voxels above `high` start a root, voxels above `low` continue it"));
+        }
+        let mut parent: Vec<u32> = (0..ridges.len() as u32).collect();
+        for &[a, b] in &self.pairs {
+            if ridges.rootness[a as usize] > low && ridges.rootness[b as usize] > low {
+                join(&mut parent, a, b);
+            }
+        }
+        // A root is the first of its piece, so one pass forward has seen it before its members.
+        let mut strong = vec![false; ridges.len()];
+        for n in 0..ridges.len() {
+            if ridges.rootness[n] > high {
+                strong[find(&mut parent, n as u32) as usize] = true;
+            }
+        }
+        let mut label = vec![0; ridges.len()];
+        let mut count = 0;
+        for n in 0..ridges.len() {
+            if ridges.rootness[n] > low {
+                let first = find(&mut parent, n as u32) as usize;
+                if strong[first] {
+                    if first == n {
+                        count += 1;
+                        label[n] = count;
+                    } else {
+                        label[n] = label[first];
+                    }
+                }
+            }
+        }
+        Ok(Pieces { label, count })
+    }
+}
+
+/// Representative of a piece: its first member. Halves paths on the way.
+pub(crate) fn find(parent: &mut [u32], mut n: u32) -> u32 {
+    while parent[n as usize] != n {
+        parent[n as usize] = parent[parent[n as usize] as usize];
+        n = parent[n as usize];
+    }
+    n
+}
+
+/// Joins two pieces under the earlier representative.
+pub(crate) fn join(parent: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (find(parent, a), find(parent, b));
+    parent[a.max(b) as usize] = a.min(b);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn ridges(shape: [usize; 3], value: &[f32]) -> Ridges {
+        let kept: Vec<usize> = (0..value.len()).filter(|&n| value[n] > 0.0).collect();
+        Ridges {
+            shape,
+            index: kept.iter().map(|&n| n as u32).collect(),
+            rootness: kept.iter().map(|&n| value[n]).collect(),
+            tangent: vec![[0.0; 3]; kept.len()],
+            offset: vec![[0.0; 3]; kept.len()],
+            scale: vec![0; kept.len()],
+        }
+    }
+
+    /// Flood fill on the dense volume.
+    fn reference([nz, ny, nx]: [usize; 3], value: &[f32], low: f32, high: f32) -> Vec<bool> {
+        let mut root = vec![false; value.len()];
+        let mut queue: Vec<usize> = (0..value.len()).filter(|&n| value[n] > high && value[n] > low).collect();
+        while let Some(n) = queue.pop() {
+            if std::mem::replace(&mut root[n], true) {
+                continue;
+            }
+            let (k, j, i) = (n / (ny * nx), n / nx % ny, n % nx);
+            for z in k.saturating_sub(1)..(k + 2).min(nz) {
+                for y in j.saturating_sub(1)..(j + 2).min(ny) {
+                    for x in i.saturating_sub(1)..(i + 2).min(nx) {
+                        let m = (z * ny + y) * nx + x;
+                        if value[m] > low && !root[m] {
+                            queue.push(m);
+                        }
+                    }
+                }
+            }
+        }
+        root
+    }
+
+    proptest! {
+        #[test]
+        fn equals_flood_fill(cells in prop::collection::vec(0u8..12, 4 * 5 * 6), low in 0u8..8, step in 0u8..5) {
+            let shape = [4, 5, 6];
+            // Most cells empty, so that pieces stay apart.
+            let value: Vec<f32> = cells.iter().map(|&c| if c < 7 { 0.0 } else { f32::from(c) }).collect();
+            let (low, high) = (f32::from(low), f32::from(low + step));
+            let ridges = ridges(shape, &value);
+            let pieces = Links::new(&ridges, 0.0).pieces(&ridges, &Hysteresis { low, high }).unwrap();
+            let expected = reference(shape, &value, low, high);
+            for (n, &index) in ridges.index.iter().enumerate() {
+                prop_assert_eq!(pieces.label[n] > 0, expected[index as usize]);
+            }
+            let touching = Links::new(&ridges, low);
+            for &[a, b] in touching.pairs() {
+                prop_assert_eq!(pieces.label[a as usize], pieces.label[b as usize]);
+            }
+            let mut seen: Vec<u32> = pieces.label.iter().copied().filter(|&l| l > 0).collect();
+            seen.sort_unstable();
+            seen.dedup();
+            prop_assert_eq!(seen, (1..=pieces.count).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn rows_do_not_touch_around_their_ends() {
+        let mut value = vec![0.0; 2 * 3 * 4];
+        value[3] = 1.0;
+        value[4] = 1.0;
+        let ridges = ridges([2, 3, 4], &value);
+        assert!(Links::new(&ridges, 0.0).pairs().is_empty());
+    }
+
+    #[test]
+    fn crossed_thresholds_are_refused() {
+        let ridges = Ridges::default();
+        let crossed = Hysteresis { low: 0.2, high: 0.1 };
+        assert!(Links::new(&ridges, 0.0).pieces(&ridges, &crossed).unwrap_err().message.contains("extract.low"));
+    }
+}

@@ -1,0 +1,4 @@
+//! The engine over toy stages: what runs, what is reused, what survives.
+
+mod reuse;
+mod toy;
