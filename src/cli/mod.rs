@@ -3,15 +3,19 @@
 //! stdout carries data, stderr everything else. Exit codes: 0 done, 1 failed, 2 bad usage or study
 //! file, 130 interrupted.
 
+mod cache;
 mod cancel;
 pub mod complaint;
 mod doctor;
 mod evaluate;
+mod export;
 mod options;
 mod progress;
 mod run;
 mod score_table;
 mod simulate;
+mod status;
+mod why;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -30,8 +34,12 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Run(run::Run),
+    Status(status::Status),
+    Why(why::Why),
     Simulate(simulate::Simulate),
     Evaluate(evaluate::Evaluate),
+    Export(export::Export),
+    Cache(cache::Cache),
     Doctor(doctor::Doctor),
 }
 
@@ -42,8 +50,12 @@ enum Command {
 pub fn run() -> Result<()> {
     match Arguments::parse().command {
         Command::Run(c) => c.run(),
+        Command::Status(c) => c.run(),
+        Command::Why(c) => c.run(),
         Command::Simulate(c) => c.run(),
         Command::Evaluate(c) => c.run(),
+        Command::Export(c) => c.run(),
+        Command::Cache(c) => c.run(),
         Command::Doctor(c) => c.run(),
     }
 }

@@ -51,7 +51,7 @@ impl Display {
                 self.step(&mut state);
                 self.warn(*node, warnings);
             }
-            Event::Started { node } => {
+            Event::Started { node, .. } => {
                 if self.terminal {
                     let bar = self.bars.insert_from_back(1, ProgressBar::new(0));
                     bar.set_style(style("  {msg:24} {bar:20} {percent:>3}%  {elapsed}"));

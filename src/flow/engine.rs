@@ -7,16 +7,21 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
+use super::change::Change;
 use super::event::Event;
 use super::graph::{Graph, Kind, NodeId};
+use super::plan::{self, Plan, Step};
 use super::run::{self, Job, Outcome};
-use super::schedule::{Schedule, Want};
+use super::schedule::{Schedule, Taken, Want};
 use super::stage::Progress;
 use crate::error::{Error, Result};
 use crate::store::{Artefact, Digest, Key, Manifest, Store};
 
 /// How often progress is reported.
 const TICK: Duration = Duration::from_millis(100);
+
+/// How often workers look whether other processes are done.
+const PATIENCE: Duration = Duration::from_millis(20);
 
 /// Runs graphs over a store.
 pub struct Engine<'a> {
@@ -70,6 +75,7 @@ impl<'a> Engine<'a> {
     /// Brings `targets` up to date. Nodes that do not depend on a failed one are finished all the same; then all
     /// failures are returned at once.
     pub fn run(&self, graph: &Graph, targets: &[NodeId]) -> Result<Report> {
+        let _in_use = self.store.use_it();
         let mut schedule = Schedule::new(graph, self.store, &*self.on_event);
         let reachable = reachable(graph, targets);
         (self.on_event)(&Event::Planned { total: reachable.iter().filter(|&&is| is).count() });
@@ -107,24 +113,43 @@ impl<'a> Engine<'a> {
         Ok(Report { labels: graph.nodes.iter().map(|node| node.label.clone()).collect(), entries: entries.collect() })
     }
 
+    /// What [`Engine::run`] would do, and why, without doing it.
+    ///
+    /// # Errors
+    /// Where the store cannot be read or a parameter cannot be written.
+    pub fn status(&self, graph: &Graph, targets: &[NodeId]) -> Result<Plan> {
+        plan::plan(graph, self.store, targets)
+    }
+
+    /// What changed at `node` against the nearest earlier run, and upstream of it: root causes first, `node` last.
+    ///
+    /// # Errors
+    /// Where `node` is a file, and as for [`Engine::status`].
+    pub fn why(&self, graph: &Graph, node: NodeId) -> Result<Vec<Step>> {
+        plan::why(graph, self.store, node)
+    }
+
     /// One worker: takes ready nodes until none is left and none is running.
     fn work(&self, graph: &Graph, shared: &Shared<'_>) {
         loop {
             let mut state = shared.lock();
-            let (job, bytes) = loop {
+            let (job, bytes, held) = loop {
                 if self.cancel.load(Ordering::Relaxed) {
                     state.schedule.ready.clear();
                 }
                 let idle = state.running.is_empty();
                 let free = self.memory_bytes.saturating_sub(state.bytes);
-                if let Some((n, bytes)) = state.schedule.take(free, idle) {
-                    break (self.job(graph, &state, n), bytes);
+                match state.schedule.take(free, idle) {
+                    Taken::Node { n, bytes, held } => break (self.job(graph, &state, n), bytes, held),
+                    Taken::AllBusy => {
+                        state = shared.turn.wait_timeout(state, PATIENCE).unwrap_or_else(PoisonError::into_inner).0;
+                    }
+                    Taken::Nothing if idle && state.schedule.ready.is_empty() => {
+                        shared.turn.notify_all();
+                        return;
+                    }
+                    Taken::Nothing => state = shared.turn.wait(state).unwrap_or_else(PoisonError::into_inner),
                 }
-                if idle && state.schedule.ready.is_empty() {
-                    shared.turn.notify_all();
-                    return;
-                }
-                state = shared.turn.wait(state).unwrap_or_else(PoisonError::into_inner);
             };
             let n = job.node;
             state.bytes += bytes;
@@ -132,15 +157,12 @@ impl<'a> Engine<'a> {
             shared.turn.notify_all();
             drop(state);
 
-            let waiting = || {
+            let started = |why: Vec<Change>| {
                 let _state = shared.lock();
-                (self.on_event)(&Event::Waiting { node: NodeId(n) });
+                (self.on_event)(&Event::Started { node: NodeId(n), why });
             };
-            let started = || {
-                let _state = shared.lock();
-                (self.on_event)(&Event::Started { node: NodeId(n) });
-            };
-            let outcome = run::run(graph, self.store, &job, &self.cancel, &waiting, &started);
+            let outcome = run::run(graph, self.store, &job, &started);
+            drop(held);
 
             let mut state = shared.lock();
             state.bytes -= bytes;
@@ -243,7 +265,7 @@ impl<'a> Shared<'a> {
     }
 }
 
-fn reachable(graph: &Graph, targets: &[NodeId]) -> Vec<bool> {
+pub(super) fn reachable(graph: &Graph, targets: &[NodeId]) -> Vec<bool> {
     let mut reached = vec![false; graph.nodes.len()];
     let mut open: Vec<usize> = targets.iter().map(|target| target.0).collect();
     while let Some(n) = open.pop() {
@@ -255,7 +277,7 @@ fn reachable(graph: &Graph, targets: &[NodeId]) -> Vec<bool> {
 }
 
 /// The content of all files that are reached, read in parallel where the store does not remember them.
-fn read_files(graph: &Graph, store: &Store, reached: &[bool]) -> Vec<(usize, Result<Artefact>)> {
+pub(super) fn read_files(graph: &Graph, store: &Store, reached: &[bool]) -> Vec<(usize, Result<Artefact>)> {
     let files = graph.nodes.iter().enumerate().filter_map(|(n, node)| match &node.kind {
         Kind::File(path) if reached[n] => Some((n, path)),
         _ => None,

@@ -1,5 +1,6 @@
 //! What happens during a run, for progress displays and for tests.
 
+use super::change::Change;
 use super::graph::NodeId;
 use crate::error::Error;
 use crate::store::{Digest, Key};
@@ -25,6 +26,8 @@ pub enum Event {
     Started {
         /// The node.
         node: NodeId,
+        /// What differs from the nearest earlier run.
+        why: Vec<Change>,
     },
     /// Fires now and then while a node runs.
     Progress {

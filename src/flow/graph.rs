@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::stage::{Stage, Stored, Streamed, Virtual, Work};
 use crate::error::{Error, Result};
-use crate::store::{Digest, canonical_json};
+use crate::store::Digest;
 
 /// Names a node of one graph.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -21,7 +21,7 @@ impl NodeId {
 
 pub(super) enum Kind {
     File(PathBuf),
-    Stage { work: Arc<dyn Work>, params: Result<serde_json::Value>, is_virtual: bool },
+    Stage { work: Arc<dyn Work>, params: Result<Vec<u8>>, is_virtual: bool },
 }
 
 pub(super) struct Node {
@@ -82,10 +82,9 @@ impl Graph {
         }
         let ports: Vec<(String, Vec<NodeId>)> =
             by_name.into_iter().map(|(port, nodes)| (port.to_owned(), nodes)).collect();
-        let params = work.params();
+        let params = work.params_bytes();
         let shown = format!("stage {} {} {is_virtual} {ports:?} ", work.name(), work.version());
-        let params_bytes = params.as_ref().map(canonical_json).unwrap_or_default();
-        let identity = Digest::of(&[shown.as_bytes(), &params_bytes].concat());
+        let identity = Digest::of(&[shown.as_bytes(), params.as_deref().unwrap_or_default()].concat());
         self.insert(identity, Node { label: label.to_owned(), kind: Kind::Stage { work, params, is_virtual }, ports })
     }
 

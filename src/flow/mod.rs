@@ -4,16 +4,22 @@
 //! a hit, all others run, as many at once as threads and memory allow. A node's key holds the *digests* of its inputs:
 //! a stage that runs again and gives the same values leaves everything downstream untouched.
 
+mod change;
 mod engine;
 mod event;
 mod graph;
 mod key;
+mod plan;
 mod run;
 mod schedule;
 mod stage;
+mod streaming;
 
 pub use crate::store::{Artefact, Output};
+pub use change::Change;
 pub use engine::{Engine, Report};
 pub use event::Event;
 pub use graph::{Graph, NodeId};
+pub use plan::{NodeState, Plan, Planned, Step};
 pub use stage::{Inputs, Progress, Stage, Streamed};
+pub use streaming::store_streamed;

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::store::{Artefact, Output, SlabSource};
+use crate::store::{Artefact, Output, SlabSource, canonical_bytes};
 
 /// A step of the computation. The fields of the type are its parameters: they enter the key, all of them, and
 /// nothing else but the inputs may influence the output.
@@ -101,7 +101,10 @@ impl Progress {
 pub(super) trait Work: Send + Sync {
     fn name(&self) -> &'static str;
     fn version(&self) -> u32;
+    /// The parameters for people.
     fn params(&self) -> Result<serde_json::Value>;
+    /// The parameters for the key.
+    fn params_bytes(&self) -> Result<Vec<u8>>;
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()>;
     fn peak_bytes(&self) -> u64;
     /// `None` if the stage cannot stream.
@@ -124,6 +127,9 @@ macro_rules! work {
         fn params(&self) -> Result<serde_json::Value> {
             serde_json::to_value(&self.0)
                 .map_err(|e| Error::failed(format!("cannot write the parameters of stage `{}`: {e}", S::NAME)))
+        }
+        fn params_bytes(&self) -> Result<Vec<u8>> {
+            canonical_bytes(&self.0).map_err(|e| e.at(S::NAME))
         }
         fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
             self.0.run(inputs, output, progress)

@@ -6,6 +6,7 @@
 use crate::optics::{Tank, Vec3, View, trace};
 use ndarray::{Array3, ArrayView3, Axis};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A mark on a photograph.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,8 +28,10 @@ pub fn overlay(photo: ArrayView3<u8>, view: &View, tank: &Tank, marks: &[Mark], 
     let mut picture = photo.to_owned();
     let (centre, ideal) = (view.centre_in_tank(), view.ideal());
     picture.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(y, mut row)| {
+        let tank_columns =
+            on_tank_columns(row.len_of(Axis(0)), |x| on_tank(tank, &centre, &ideal.ray_in_tank(x as f64, y as f64)));
         for (x, mut pixel) in row.axis_iter_mut(Axis(0)).enumerate() {
-            if !on_tank(tank, &centre, &ideal.ray_in_tank(x as f64, y as f64)) {
+            if !tank_columns.contains(&x) {
                 pixel.map_inplace(|c| *c = (f32::from(*c) * DARKENED) as u8);
             }
         }
@@ -37,6 +40,24 @@ pub fn overlay(photo: ArrayView3<u8>, view: &View, tank: &Tank, marks: &[Mark], 
         draw(&mut picture, mark, radius_px);
     }
     picture
+}
+
+/// The columns of a row that see the tank. Its outline is convex, so they are one interval, whose ends are found
+/// by bisection between every [`STRIDE`]-th column.
+fn on_tank_columns(width: usize, sees: impl Fn(usize) -> bool) -> Range<usize> {
+    const STRIDE: usize = 8;
+    let Some(inside) = (0..width).step_by(STRIDE).find(|&x| sees(x)) else { return 0..0 };
+    let last = (inside..width).step_by(STRIDE).take_while(|&x| sees(x)).last().unwrap_or(inside);
+    let edge = |mut seen: usize, mut unseen: usize| {
+        while seen.abs_diff(unseen) > 1 {
+            let middle = usize::midpoint(seen, unseen);
+            *(if sees(middle) { &mut seen } else { &mut unseen }) = middle;
+        }
+        seen
+    };
+    let from = if inside == 0 { 0 } else { edge(inside, inside - STRIDE) };
+    let beyond = (last + STRIDE).min(width);
+    from..edge(last, beyond) + 1
 }
 
 /// Whether the ray meets the tank's outside: its wall between rim and floor, or the rim's disc.
@@ -104,6 +125,12 @@ mod tests {
         let picture = overlay(photo.view(), &view, &tank, &[mark, outside], 2.0);
         assert_eq!(picture[[45, 66, 0]], 200, "inside the tank nothing changes");
         assert_eq!(picture[[45, 5, 0]], 70, "outside it is darker");
+        let (centre, ideal) = (view.centre_in_tank(), view.ideal());
+        for y in 0..90 {
+            let sees = |x: usize| on_tank(&tank, &centre, &ideal.ray_in_tank(x as f64, y as f64));
+            let slow: Vec<usize> = (0..120).filter(|&x| sees(x)).collect();
+            assert_eq!(on_tank_columns(120, sees).collect::<Vec<_>>(), slow, "row {y}");
+        }
         assert!(picture[[45, 60, 0]] > 230 && picture[[45, 60, 1]] < 60, "the mark is red");
     }
 }

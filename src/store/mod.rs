@@ -12,6 +12,7 @@
 //!     │           └── summary.json    a member: JSON value `summary`
 //!     ├── history/merge.jsonl     one line per run, for estimates and for `why`; may be lost without harm
 //!     ├── files.json              digests of input files, by path, size, times and inode; may be lost without harm
+//!     ├── in-use.lock             shared by runs; cleaning wants it alone
 //!     ├── locks/                  one file per node being computed; a courtesy, correctness does not rest on it
 //!     └── tmp/                    results being written, one folder per process; swept when the process is gone
 //! ```
@@ -23,6 +24,7 @@
 mod array;
 mod artefact;
 mod canonical;
+pub mod care;
 mod claim;
 mod digest;
 mod element;
@@ -33,6 +35,9 @@ mod manifest;
 mod output;
 mod remember;
 mod session;
+#[cfg(test)]
+mod tests;
+mod usage;
 mod virtual_array;
 
 use std::path::{Path, PathBuf};
@@ -40,14 +45,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 pub use array::{ArrayReader, SlabWriter};
 pub use artefact::Artefact;
-pub use canonical::json as canonical_json;
-pub use claim::Claim;
+pub use canonical::bytes as canonical_bytes;
+pub use claim::{Claim, Held};
 pub use digest::{ArrayHasher, Digest, Key};
 pub use element::{Dtype, Element};
 pub use free::{write_array, write_group};
 pub use history::Past;
 pub use manifest::{FORMAT, InputRecord, Manifest, Member, MemberKind};
 pub use output::Output;
+pub use usage::InUse;
 pub use virtual_array::{ArraySpec, Slab, SlabSource, VirtualArtefact, digest_of};
 
 use crate::error::{Error, Result};
@@ -211,12 +217,11 @@ impl Store {
         }
         renamed.map_err(|e| Error::io("publish", &target, e))?;
         files::sync_folder(&shelf);
-        self.record_history(&record);
         Ok(record)
     }
 
-    /// Claims the work `key` for this thread: another process that finds it claimed waits for the result.
-    pub fn claim(&self, key: Key) -> Result<Claim> {
+    /// Claims the work `key`, without waiting, so that other processes do something else meanwhile.
+    pub fn claim(&self, key: Key) -> Claim {
         claim::claim(&self.root().join("locks"), key)
     }
 
@@ -231,7 +236,8 @@ impl Store {
         memory.save(&self.root().join("files.json"));
     }
 
-    fn record_history(&self, record: &Manifest) {
+    /// Adds a run to the history.
+    pub fn record_history(&self, record: &Manifest) {
         history::append(&self.root().join("history"), record);
     }
 

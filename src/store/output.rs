@@ -78,7 +78,7 @@ impl Output {
         let mut text = serde_json::to_vec_pretty(&value).map_err(|e| Error::io("write", &path, e))?;
         text.push(b'\n');
         files::write_synced(&path, &text)?;
-        self.member(name, MemberKind::Json, Digest::of(&canonical::json(&value)), text.len() as u64);
+        self.member(name, MemberKind::Json, Digest::of(&canonical::bytes(&value)?), text.len() as u64);
         Ok(())
     }
 

@@ -111,7 +111,7 @@ impl VirtualArtefact {
     }
 
     /// Rows of one array; rows not seen before enter its digest, skipped ones are computed for it.
-    pub(super) fn slab<T: Element>(&self, name: &str, rows: Range<usize>) -> Result<ArrayD<T>> {
+    pub fn slab<T: Element>(&self, name: &str, rows: Range<usize>) -> Result<ArrayD<T>> {
         let slab = self.source.slab(name, rows.clone())?;
         let stream =
             self.streams.get(name).ok_or_else(|| Error::failed(format!("no array `{name}` in this source")))?;

@@ -1,12 +1,13 @@
 //! Stages small enough to see through, and a log of what a run did.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Mutex;
 
 use ndarray::{Array3, ArrayD, Axis};
-use rootvox::Result;
-use rootvox::flow::{Engine, Event, Graph, Inputs, NodeId, Progress, Report, Stage};
-use rootvox::store::{Output, Store};
+use rootvox::flow::{Engine, Event, Graph, Inputs, NodeId, Progress, Report, Stage, Streamed, store_streamed};
+use rootvox::store::{ArraySpec, Artefact, Output, Slab, SlabSource, Store};
+use rootvox::{Error, Result};
 use serde::Serialize;
 
 /// Spreads the bytes of a file over a small volume.
@@ -83,17 +84,143 @@ impl Stage for Count {
     }
 }
 
+/// Spreads the bytes of a file over a volume that need not be stored.
+#[derive(Serialize)]
+pub struct Wave {
+    pub side: usize,
+    pub gain: f32,
+}
+
+struct WaveSource {
+    bytes: Vec<u8>,
+    side: usize,
+    gain: f32,
+}
+
+impl SlabSource for WaveSource {
+    fn arrays(&self) -> Vec<ArraySpec> {
+        vec![ArraySpec::new::<f32>("volume", &[self.side; 3], &["z", "y", "x"])]
+    }
+
+    fn slab(&self, _: &str, rows: Range<usize>) -> Result<Slab> {
+        let n = self.side;
+        let slab = Array3::from_shape_fn((rows.len(), n, n), |(z, y, x)| {
+            f32::from(self.bytes[((rows.start + z) * 5 + y * 3 + x) % self.bytes.len()]) * self.gain
+        });
+        Ok(Slab::from(slab.into_dyn()))
+    }
+}
+
+impl Stage for Wave {
+    const NAME: &'static str = "wave";
+    const VERSION: u32 = 1;
+
+    fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
+        store_streamed(self, inputs, output, progress)
+    }
+}
+
+impl Streamed for Wave {
+    fn open(&self, inputs: &Inputs) -> Result<Box<dyn SlabSource>> {
+        let bytes = inputs.one("file")?.bytes("file")?;
+        Ok(Box::new(WaveSource { bytes, side: self.side, gain: self.gain }))
+    }
+}
+
+/// Doubles a volume slab by slab; streams what it reads.
+#[derive(Serialize)]
+pub struct Double;
+
+struct DoubleSource(Artefact);
+
+impl SlabSource for DoubleSource {
+    fn arrays(&self) -> Vec<ArraySpec> {
+        let shape = &self.0.members()[0].shape;
+        vec![ArraySpec::new::<f32>("volume", shape, &["z", "y", "x"])]
+    }
+
+    fn slab(&self, _: &str, rows: Range<usize>) -> Result<Slab> {
+        Ok(Slab::from(self.0.array::<f32>("volume")?.slab(rows)? * 2.0))
+    }
+}
+
+impl Stage for Double {
+    const NAME: &'static str = "double";
+    const VERSION: u32 = 1;
+
+    fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
+        store_streamed(self, inputs, output, progress)
+    }
+}
+
+impl Streamed for Double {
+    fn open(&self, inputs: &Inputs) -> Result<Box<dyn SlabSource>> {
+        Ok(Box::new(DoubleSource(inputs.one("volume")?.clone())))
+    }
+}
+
+/// Adds volumes up by slabs with a halo of one row, leaving out the last rows, or panics.
+#[derive(Serialize)]
+pub struct Gather {
+    pub leave_out: usize,
+}
+
+impl Stage for Gather {
+    const NAME: &'static str = "gather";
+    const VERSION: u32 = 1;
+
+    fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
+        let mut total = 0.0_f64;
+        for volume in inputs.many("volumes") {
+            let reader = volume.array::<f32>("volume")?;
+            let rows = reader.shape()[0] - self.leave_out;
+            for z in 0..rows {
+                let slab = reader.slab(z.saturating_sub(1)..(z + 2).min(rows))?;
+                total += slab.iter().map(|&v| f64::from(v)).sum::<f64>();
+            }
+        }
+        output.json("total", &total)
+    }
+}
+
+/// Fails, panics or succeeds as it is told.
+#[derive(Serialize)]
+pub struct Whim {
+    pub what: &'static str,
+}
+
+impl Stage for Whim {
+    const NAME: &'static str = "whim";
+    const VERSION: u32 = 1;
+
+    fn run(&self, _: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
+        output.bytes("half.bin", &[1, 2, 3])?;
+        let writer = output.slabs::<u8>("volume", &[2, 2], &["y", "x"])?;
+        match self.what {
+            "fail" => Err(Error::failed("as told").help("tell it otherwise")),
+            "panic" => panic!("as told"),
+            "unfinished" => Ok(()),
+            _ => {
+                let mut writer = writer;
+                writer.push(ndarray::Array2::<u8>::ones((2, 2)).into_dyn().view())?;
+                writer.finish()
+            }
+        }
+    }
+}
+
 /// A study of toy stages over files `0..views` in a folder.
 pub struct Study {
     pub gain: f32,
     pub step: f32,
     pub level: f32,
     pub views: usize,
+    pub side: usize,
 }
 
 impl Default for Study {
     fn default() -> Self {
-        Self { gain: 1.0, step: 0.5, level: 100.0, views: 4 }
+        Self { gain: 1.0, step: 0.5, level: 100.0, views: 4, side: 20 }
     }
 }
 
@@ -105,7 +232,7 @@ impl Study {
             let file = graph.file(&format!("file/{view}"), folder.join(view.to_string()));
             volumes.push(graph.add(
                 &format!("spread/{view}"),
-                Spread { side: 20, gain: self.gain },
+                Spread { side: self.side, gain: self.gain },
                 &[("file", &[file])],
             ));
         }
@@ -139,6 +266,12 @@ pub fn run_logged(store: &Store, graph: &Graph, target: NodeId, threads: usize) 
     let mut log = log.into_inner().unwrap();
     log.sort();
     (report, log)
+}
+
+/// All files below `folder`, and their number.
+pub fn count_files(folder: &Path) -> usize {
+    let Ok(entries) = std::fs::read_dir(folder) else { return 0 };
+    entries.flatten().map(|e| if e.path().is_dir() { count_files(&e.path()) } else { 1 }).sum()
 }
 
 /// The labels in `log` that ran.

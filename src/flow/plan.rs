@@ -1,0 +1,251 @@
+//! What a run would do, and why, without doing it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Serialize;
+
+use super::change::{Change, Now, nearest};
+use super::engine::{reachable, read_files};
+use super::graph::{Graph, Kind, NodeId};
+use super::key::key;
+use crate::error::{Error, Result};
+use crate::store::{Digest, Key, Manifest, Past, Store};
+
+/// Runs of the latest past that an estimate rests on.
+const RECENT: usize = 9;
+
+/// What a run would do with a node.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "state")]
+pub enum NodeState {
+    /// A file, read or remembered.
+    File {
+        /// Digest of its content.
+        digest: Digest,
+    },
+    /// A file that cannot be read.
+    Unreadable {
+        /// Why.
+        error: String,
+    },
+    /// The store has it.
+    Cached {
+        /// Its key.
+        key: Key,
+        /// Digest of its artefact.
+        digest: Digest,
+        /// Whether it was streamed into its consumer, and would be again.
+        is_virtual: bool,
+    },
+    /// It would run.
+    WouldRun {
+        /// Its key.
+        key: Key,
+        /// What differs from the nearest earlier run.
+        changes: Vec<Change>,
+    },
+    /// Something upstream would run first; if that gives the same values as before, this would not run.
+    Unknown {
+        /// What is known to differ from the nearest earlier run.
+        changes: Vec<Change>,
+    },
+}
+
+/// One node of a plan.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Planned {
+    /// Label of the node.
+    pub label: String,
+    /// Its stage; `None` for a file.
+    pub stage: Option<&'static str>,
+    /// What a run would do with it.
+    #[serde(flatten)]
+    pub state: NodeState,
+    /// Seconds that running it would take by experience; `None` without any.
+    pub seconds: Option<f64>,
+    /// Bytes that storing it would take by experience; `None` without any.
+    pub bytes: Option<u64>,
+}
+
+/// What a run would do.
+pub struct Plan {
+    entries: Vec<Option<Planned>>,
+}
+
+impl Plan {
+    /// A node of the plan; `None` if no target depends on it.
+    pub fn node(&self, node: NodeId) -> Option<&Planned> {
+        self.entries[node.0].as_ref()
+    }
+
+    /// All nodes that the targets depend on, inputs before consumers.
+    pub fn nodes(&self) -> impl Iterator<Item = (NodeId, &Planned)> {
+        self.entries.iter().enumerate().filter_map(|(n, entry)| Some((NodeId(n), entry.as_ref()?)))
+    }
+
+    /// Nodes that would run, or may.
+    pub fn pending(&self) -> impl Iterator<Item = (NodeId, &Planned)> {
+        self.nodes().filter(|(_, p)| matches!(p.state, NodeState::WouldRun { .. } | NodeState::Unknown { .. }))
+    }
+}
+
+/// One node on the way from the root cause to the node that was asked about.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Step {
+    /// Label of the node.
+    pub label: String,
+    /// What differs from the earlier run.
+    pub changes: Vec<Change>,
+    /// When that run began (RFC 3339); `None` where there is none, and for files.
+    pub against: Option<String>,
+}
+
+/// Decides every node that `targets` depend on.
+pub(super) fn plan(graph: &Graph, store: &Store, targets: &[NodeId]) -> Result<Plan> {
+    let reached = reachable(graph, targets);
+    let mut digests: Vec<Option<Digest>> = vec![None; graph.nodes.len()];
+    let mut entries: Vec<Option<Planned>> = graph.nodes.iter().map(|_| None).collect();
+    let mut experience = Experience { store, by_stage: BTreeMap::new() };
+    for (n, found) in read_files(graph, store, &reached) {
+        let state = match found {
+            Ok(artefact) => {
+                digests[n] = Some(artefact.digest());
+                NodeState::File { digest: artefact.digest() }
+            }
+            Err(error) => NodeState::Unreadable { error: error.to_string() },
+        };
+        let label = graph.nodes[n].label.clone();
+        entries[n] = Some(Planned { label, stage: None, state, seconds: None, bytes: None });
+    }
+    store.remember_files();
+    for (n, node) in graph.nodes.iter().enumerate().filter(|(n, _)| reached[*n]) {
+        let Kind::Stage { work, params, .. } = &node.kind else { continue };
+        let (stage, label) = (work.name(), node.label.clone());
+        let mut known = Vec::new();
+        for (port, inputs) in &node.ports {
+            let port_digests: Option<Vec<Digest>> = inputs.iter().map(|input| digests[input.0]).collect();
+            known.extend(port_digests.map(|digests| (port.as_str(), digests)));
+        }
+        let changes = |own| {
+            let now = Now::of(graph, n, &|input| digests[input]);
+            now.map_or_else(Vec::new, |now| nearest(store, stage, &label, own, &now).1)
+        };
+        let state = if known.len() == node.ports.len() {
+            let key = key(stage, work.version(), params.as_ref().map_err(Clone::clone)?, &known);
+            match store.lookup(stage, key)? {
+                Some(held) => {
+                    digests[n] = Some(held.digest);
+                    NodeState::Cached { key, digest: held.digest, is_virtual: held.is_virtual }
+                }
+                None => {
+                    let before = experience.of(stage).iter().any(|past| past.key == key);
+                    NodeState::WouldRun {
+                        key,
+                        changes: if before { vec![Change::NotStored] } else { changes(Some(key)) },
+                    }
+                }
+            }
+        } else {
+            NodeState::Unknown { changes: changes(None) }
+        };
+        let pending = matches!(state, NodeState::WouldRun { .. } | NodeState::Unknown { .. });
+        let (seconds, bytes) = if pending { experience.estimate(stage, &label) } else { (None, None) };
+        entries[n] = Some(Planned { label, stage: Some(stage), state, seconds, bytes });
+    }
+    Ok(Plan { entries })
+}
+
+/// Earlier runs by stage, read once.
+struct Experience<'a> {
+    store: &'a Store,
+    by_stage: BTreeMap<&'static str, Vec<Past>>,
+}
+
+impl Experience<'_> {
+    fn of(&mut self, stage: &'static str) -> &[Past] {
+        self.by_stage.entry(stage).or_insert_with(|| self.store.history(stage))
+    }
+
+    /// The median time and size of the latest runs, under the same label if there are any.
+    fn estimate(&mut self, stage: &'static str, label: &str) -> (Option<f64>, Option<u64>) {
+        let all = self.of(stage);
+        let mut latest: Vec<&Past> = all.iter().rev().filter(|past| past.label == label).take(RECENT).collect();
+        if latest.is_empty() {
+            latest = all.iter().rev().take(RECENT).collect();
+        }
+        let mut seconds: Vec<f64> = latest.iter().map(|past| past.seconds).collect();
+        let mut bytes: Vec<u64> = latest.iter().map(|past| past.bytes).collect();
+        seconds.sort_by(f64::total_cmp);
+        bytes.sort_unstable();
+        (seconds.get(seconds.len() / 2).copied(), bytes.get(bytes.len() / 2).copied())
+    }
+}
+
+/// What changed at `node` against the nearest earlier run, and upstream of it: root causes first, `node` last.
+pub(super) fn why(graph: &Graph, store: &Store, node: NodeId) -> Result<Vec<Step>> {
+    let plan = plan(graph, store, &[node])?;
+    let digest = |n: usize| match plan.entries[n].as_ref().map(|entry| &entry.state) {
+        Some(NodeState::File { digest } | NodeState::Cached { digest, .. }) => Some(*digest),
+        _ => None,
+    };
+    let mut trail = Trail { graph, store, plan: &plan, digest: &digest, seen: BTreeSet::new(), steps: Vec::new() };
+    let Kind::Stage { work, .. } = &graph.nodes[node.0].kind else {
+        return Err(Error::usage(format!("`{}` is a file: ask about a node that reads it", graph.label(node))));
+    };
+    let own = match plan.entries[node.0].as_ref().map(|entry| &entry.state) {
+        Some(NodeState::WouldRun { key, .. } | NodeState::Cached { key, .. }) => Some(*key),
+        _ => None,
+    };
+    let now = Now::of(graph, node.0, &digest);
+    let before = now.and_then(|now| nearest(store, work.name(), graph.label(node), own, &now).0);
+    trail.follow(node.0, before);
+    Ok(trail.steps)
+}
+
+struct Trail<'a> {
+    graph: &'a Graph,
+    store: &'a Store,
+    plan: &'a Plan,
+    digest: &'a dyn Fn(usize) -> Option<Digest>,
+    seen: BTreeSet<usize>,
+    steps: Vec<Step>,
+}
+
+impl Trail<'_> {
+    /// Adds node `n`, compared with `before`, after everything upstream that explains it.
+    fn follow(&mut self, n: usize, before: Option<Manifest>) {
+        if !self.seen.insert(n) {
+            return;
+        }
+        let node = &self.graph.nodes[n];
+        let Some(now) = Now::of(self.graph, n, self.digest) else { return };
+        let not_stored = matches!(self.plan.entries[n].as_ref().map(|e| &e.state),
+            Some(NodeState::WouldRun { changes, .. }) if changes.contains(&Change::NotStored));
+        let changes = match &before {
+            _ if not_stored => vec![Change::NotStored],
+            Some(before) => now.changes(before),
+            None => vec![Change::New],
+        };
+        for change in &changes {
+            let Change::Input { port, node: label, from, to } = change else { continue };
+            let inputs = node.ports.iter().find(|(name, _)| name == port).map_or(&[][..], |(_, inputs)| inputs);
+            let Some(input) = inputs.iter().find(|input| self.graph.nodes[input.0].label == *label) else { continue };
+            match &self.graph.nodes[input.0].kind {
+                Kind::File(path) => {
+                    if let (Some(to), true) = (to, self.seen.insert(input.0)) {
+                        let change = Change::File { path: path.display().to_string(), from: *from, to: *to };
+                        self.steps.push(Step { label: label.clone(), changes: vec![change], against: None });
+                    }
+                }
+                Kind::Stage { work, .. } => {
+                    let pasts = self.store.history(work.name());
+                    let past = pasts.iter().rev().find(|past| past.digest == *from && past.label == *label);
+                    let past = past.or_else(|| pasts.iter().rev().find(|past| past.digest == *from));
+                    let before = past.and_then(|past| self.store.lookup(work.name(), past.key).ok().flatten());
+                    self.follow(input.0, before);
+                }
+            }
+        }
+        self.steps.push(Step { label: node.label.clone(), changes, against: before.map(|before| before.started) });
+    }
+}

@@ -1,0 +1,135 @@
+//! Bad input gets one clear error naming file, place, cause and remedy, the right exit code, and leaves
+//! nothing half written.
+
+use super::capture::Capture;
+use std::fs;
+
+/// Runs the study, expects the exit code and all the words in the message, no panic, and no results.
+fn refused(capture: &Capture, more: &[&str], code: i32, words: &[&str]) {
+    let output = capture.run(more).output().expect("runs");
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{text}");
+    // Long messages are wrapped: compare without the breaks.
+    let flat: String = text.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
+    for word in words {
+        assert!(flat.contains(word), "no `{word}` in:\n{text}");
+    }
+    assert!(!text.contains("panicked"), "{text}");
+    assert!(!capture.path("results").join("tiny").exists(), "results were written");
+}
+
+#[test]
+fn a_truncated_photograph_is_named() {
+    let capture = Capture::new();
+    let photo = capture.path("images/002.jpg");
+    let bytes = fs::read(&photo).expect("can read");
+    fs::write(&photo, &bytes[..bytes.len() / 3]).expect("can write");
+    refused(&capture, &[], 1, &["002.jpg", "help:"]);
+    fs::write(&photo, b"").expect("can write");
+    refused(&capture, &[], 1, &["002.jpg", "empty"]);
+}
+
+#[test]
+fn a_photograph_without_camera_is_named() {
+    let capture = Capture::new();
+    fs::copy(capture.path("images/002.jpg"), capture.path("images/099.jpg")).expect("can copy");
+    refused(&capture, &[], 1, &["099.jpg", "no view"]);
+}
+
+#[test]
+fn a_missing_camera_file_is_named() {
+    let capture = Capture::new();
+    refused(&capture, &["--set", "cameras.path=nowhere.json"], 1, &["nowhere.json"]);
+}
+
+#[test]
+fn a_photograph_of_another_size_is_named() {
+    let capture = Capture::new();
+    image::RgbImage::new(80, 60).save(capture.path("images/003.jpg")).expect("can save");
+    refused(&capture, &[], 1, &["003.jpg", "80 x 60", "160 x 120"]);
+}
+
+#[test]
+fn a_picture_of_text_is_refused() {
+    let capture = Capture::new();
+    fs::write(capture.path("images/001.jpg"), "not a picture").expect("can write");
+    refused(&capture, &[], 1, &["001.jpg"]);
+}
+
+#[test]
+fn faults_of_the_study_file_are_shown_together() {
+    let capture = Capture::new();
+    capture.edit("study.toml", "spacing = 1.0", "spacing = \"fine\"\nspaceing = 2.0");
+    refused(&capture, &[], 2, &["study.toml", "line 11", "invalid type", "line 12", "spaceing", "expected"]);
+}
+
+#[test]
+fn an_unknown_override_is_named() {
+    let capture = Capture::new();
+    refused(&capture, &["--set", "merge.tolerence=0.1"], 2, &["--set", "tolerence", "tolerance"]);
+    refused(&capture, &["--set", "extract.high"], 2, &["no `=`"]);
+}
+
+#[test]
+fn a_study_file_that_is_not_there_or_no_toml() {
+    let capture = Capture::new();
+    fs::remove_file(capture.path("study.toml")).expect("can remove");
+    refused(&capture, &[], 2, &["study.toml", "pipelines/"]);
+    fs::write(capture.path("study.toml"), "[tank\nradius = ").expect("can write");
+    refused(&capture, &[], 2, &["study.toml", "line 1"]);
+}
+
+#[test]
+fn a_wall_thicker_than_the_tank_is_refused() {
+    let capture = Capture::new();
+    refused(&capture, &["--set", "tank.wall=40"], 2, &["tank.wall", "40 mm", "30 mm"]);
+    refused(&capture, &["--set", "tank.radius=nan"], 2, &["tank.radius", "NaN"]);
+    refused(&capture, &["--set", "tank.index.water=0.2"], 2, &["tank.index.water"]);
+}
+
+#[test]
+fn a_camera_inside_the_tank_is_refused() {
+    let capture = Capture::new();
+    refused(&capture, &["--set", "tank.radius=4000"], 1, &["cameras.json", "inside the tank", "4000"]);
+}
+
+#[test]
+fn nan_in_the_cameras_is_shown_at_its_place() {
+    let capture = Capture::new();
+    capture.edit("cameras.json", "\"cx\": ", "\"cx\": NaN, \"was\": ");
+    refused(&capture, &[], 1, &["cameras.json", "line", "NaN"]);
+}
+
+#[test]
+fn cameras_cut_off_are_said_to_be() {
+    let capture = Capture::new();
+    let text = fs::read_to_string(capture.path("cameras.json")).expect("can read");
+    fs::write(capture.path("cameras.json"), &text[..text.len() / 2]).expect("can write");
+    refused(&capture, &[], 1, &["cameras.json", "ends too early"]);
+}
+
+#[test]
+fn an_empty_folder_is_named() {
+    let capture = Capture::new();
+    for entry in fs::read_dir(capture.path("images")).expect("images") {
+        fs::remove_file(entry.expect("entry").path()).expect("can remove");
+    }
+    refused(&capture, &[], 2, &["no photograph matches", "images"]);
+    refused(&capture, &["--set", "photos.dir=nowhere"], 2, &["there is no folder", "nowhere"]);
+}
+
+#[test]
+fn a_store_that_cannot_be_written_is_named() {
+    let capture = Capture::new();
+    // A file where the folder should be: refused to every user, root included.
+    fs::write(capture.path("blocked"), "").expect("can write");
+    refused(&capture, &["--cache", "blocked/store"], 1, &["blocked/store", "--cache"]);
+}
+
+#[test]
+fn grids_out_of_reason_are_refused() {
+    let capture = Capture::new();
+    refused(&capture, &["--set", "grid.spacing=0.0001"], 2, &["grid"]);
+    refused(&capture, &["--set", "grid.spacing=-1"], 2, &["grid.spacing"]);
+    refused(&capture, &["--set", "grid.depth=inf"], 2, &["grid.depth"]);
+}
