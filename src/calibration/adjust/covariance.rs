@@ -36,6 +36,8 @@ pub struct Uncertainty {
     pub wall_px: f64,
 }
 
+type Weights<'a> = dyn Fn(&(Mat3, Vec3)) -> (Vec3, Vec3) + 'a;
+
 pub(super) fn uncertainty(
     network: &Network,
     params: &AdjustParams,
@@ -64,7 +66,8 @@ pub(super) fn uncertainty(
     let centre = |(r, t): &(Mat3, Vec3)| -(r.transpose() * t);
     // δC = Rᵀ(ω x t) - Rᵀ δt
     let by_pose = |(r, t): &(Mat3, Vec3)| (-(r.transpose() * t.cross_matrix()), -r.transpose());
-    let linear = |weights: &dyn Fn(&(Mat3, Vec3)) -> (Vec3, Vec3)| {
+    // Per pose: weight of its turn and of its centre's shift.
+    let linear = |weights: &Weights| {
         let mut j = DVector::<f64>::zeros(n);
         for (view, pose) in state.poses.iter().enumerate() {
             let (by_turn, by_centre) = weights(pose);

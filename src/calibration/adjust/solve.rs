@@ -90,6 +90,9 @@ fn each_belt_miss(network: &Network, state: &State, mut take: impl FnMut(usize, 
     }
 }
 
+/// Residual (u, v) of a sighting, px, with its bin of incidence.
+type Miss = (f64, f64, usize);
+
 /// Bins of the angle of incidence, 10 degrees each.
 const BINS: usize = 9;
 
@@ -108,7 +111,7 @@ fn frontal_sigma_px(network: &Network, state: &State) -> f64 {
 /// Robust standard deviation per bin of incidence, with the residuals and bins of all sightings.
 /// Features are located the worse the more obliquely their surface is seen: the table is taken from
 /// the residuals, never falls with the angle, and fills bins of less than 50 sightings from below.
-fn by_incidence(network: &Network, state: &State) -> ([f64; BINS], Vec<Vec<(f64, f64, usize)>>) {
+fn by_incidence(network: &Network, state: &State) -> ([f64; BINS], Vec<Vec<Miss>>) {
     let mut bins: [Vec<f64>; BINS] = std::array::from_fn(|_| Vec::new());
     let mut all = Vec::with_capacity(network.tracks.len());
     for (track, &(azimuth, z)) in network.tracks.iter().zip(&state.points) {
@@ -142,8 +145,8 @@ fn by_incidence(network: &Network, state: &State) -> ([f64; BINS], Vec<Vec<(f64,
 fn measure(network: &Network, state: &State) -> Sigmas {
     let (table, misses) = by_incidence(network, state);
     let shared = network.redundancy.sqrt();
-    let of = |track: &Vec<(f64, f64, usize)>| {
-        let scaled = |m: &(f64, f64, usize)| (0.5 * (m.0 * m.0 + m.1 * m.1) / table[m.2].powi(2)).min(9.0);
+    let of = |track: &Vec<Miss>| {
+        let scaled = |m: &Miss| (0.5 * (m.0 * m.0 + m.1 * m.1) / table[m.2].powi(2)).min(9.0);
         let sum: f64 = track.iter().map(scaled).sum();
         let factor = ((sum + 4.0) / (track.len() as f64 + 4.0)).sqrt().max(1.0);
         track.iter().map(|m| factor * shared * table[m.2]).collect()

@@ -1,10 +1,11 @@
-//! COLMAP's sparse models: cameras, images and points3D, as text or binary files.
+//! COLMAP's sparse models (cameras, images and points3D, as text or binary files) and its command lines.
 //!
 //! COLMAP puts the *corner* of the top-left pixel at (0, 0), the crate its centre: half a pixel is taken
 //! off on reading and added on writing, here and nowhere else. Poses are `x_cam = R x + t` in both;
 //! quaternions are (w, x, y, z).
 
 pub mod binary;
+pub mod command;
 mod lens;
 pub mod text;
 
