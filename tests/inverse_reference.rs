@@ -24,13 +24,22 @@ struct Forward<'a> {
 }
 
 impl Forward<'_> {
+    /// Azimuth of the silhouette, from the camera's.
+    fn widest(&self) -> f64 {
+        (self.tank.radius_mm / self.centre.xy().norm()).acos()
+    }
+
     fn direction(&self, side: f64, z: f64) -> Vec3 {
         let azimuth = self.azimuth + side;
         let wall = Vec3::new(self.tank.radius_mm * azimuth.cos(), self.tank.radius_mm * azimuth.sin(), z);
         (wall - self.centre).normalize()
     }
 
+    /// None on the far side of the wall, where aims are met in reverse order.
     fn ray(&self, side: f64, z: f64) -> Option<WaterRay> {
+        if side.abs() >= self.widest() {
+            return None;
+        }
         trace(self.tank, &self.centre, &self.direction(side, z))
     }
 
@@ -59,7 +68,7 @@ impl Forward<'_> {
     fn search(&self, point: &Vec3) -> Option<(f64, f64)> {
         const SIDES: usize = 161;
         const HEIGHTS: usize = 81;
-        let widest = (self.tank.radius_mm / self.centre.xy().norm()).acos();
+        let widest = self.widest();
         let at = |i: usize, k: usize| {
             let side = widest * (2.0 * i as f64 / (SIDES - 1) as f64 - 1.0) * 0.999;
             (side, self.tank.height_mm * k as f64 / (HEIGHTS - 1) as f64)
