@@ -82,7 +82,8 @@ fn render_one_view(bencher: Bencher, scale: usize) {
     let (grid, picture) = (grid(), picture(scale));
     let mut out = Array4::zeros((180, 171, 171, 4));
     bencher.bench_local(|| {
-        let renderer = ViewRenderer::new(&view(scale), &tank(), &picture, RenderOptions::default()).expect("sizes agree");
+        let renderer =
+            ViewRenderer::new(&view(scale), &tank(), &picture, RenderOptions::default()).expect("sizes agree");
         renderer.render_slab(&grid, 0..180, out.view_mut());
     });
 }
@@ -144,13 +145,7 @@ fn map_error() {
     for (name, mut errors) in [("more than 10 mm from the wall", inside), ("within 10 mm of the wall", near_wall)] {
         errors.sort_by(f64::total_cmp);
         let at = |q: f64| errors[((errors.len() - 1) as f64 * q) as usize];
-        eprintln!(
-            "  {name}: median {:.3}, p95 {:.3}, max {:.3} ({} voxels)",
-            at(0.5),
-            at(0.95),
-            at(1.0),
-            errors.len()
-        );
+        eprintln!("  {name}: median {:.3}, p95 {:.3}, max {:.3} ({} voxels)", at(0.5), at(0.95), at(1.0), errors.len());
     }
     eprintln!("  seen by the exact inverse, without a pixel in patch-rbf: {without}");
 }
