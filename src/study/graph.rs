@@ -1,6 +1,7 @@
 //! A study's settings as a graph of nodes: what is computed from what.
 
 use super::inputs::CameraSource;
+use super::render::Method;
 use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
 use crate::evaluation::ScoreParams;
@@ -11,11 +12,13 @@ use crate::stages::capture::{Capture, photo_name};
 use crate::stages::evaluate::Evaluate;
 use crate::stages::extract::Extract;
 use crate::stages::labels::Labels;
+use crate::stages::lattice::Lattice;
 use crate::stages::merge::Merge;
 use crate::stages::overlay::Overlay;
 use crate::stages::photograph::Photograph;
 use crate::stages::pose::Pose;
 use crate::stages::render::Render;
+use crate::stages::render_patch::RenderPatch;
 use crate::stages::rootness::Rootness;
 use crate::stages::sfm::Sfm;
 use crate::stages::sfm_mask::SfmMask;
@@ -47,7 +50,7 @@ pub struct StudyNodes {
 impl StudyNodes {
     /// All nodes that a run brings up to date.
     pub fn targets(&self) -> Vec<NodeId> {
-        let mut targets = vec![self.extract, self.volume, self.labels];
+        let mut targets = vec![self.cameras, self.extract, self.volume, self.labels];
         targets.extend(&self.overlays);
         targets.extend(self.score);
         targets
@@ -119,14 +122,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         let camera = graph.add(&format!("camera/{name}"), Camera { photo: name.clone() }, &[("cameras", &[cameras])]);
         let undistorted =
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
-        let render = Render { tank: s.tank.clone(), grid: s.grid };
-        let ports: &[(&str, &[NodeId])] = &[("photo", &[undistorted]), ("camera", &[camera])];
-        let label = format!("render/{name}");
-        views.push(if is_virtual {
-            graph.add_virtual(&label, render, ports)
-        } else {
-            graph.add(&label, render, ports)
-        });
+        views.push(rendered(graph, s, name, undistorted, camera, is_virtual));
         overlay_inputs.push((name, undistorted, camera));
     }
     let merged = graph.add("merge", Merge { params: s.merge.clone() }, &[("views", &views)]);
@@ -168,4 +164,24 @@ fn cameras_from_photographs(graph: &mut Graph, s: &Settings, names: &[String], f
     let sparse = graph.add("sfm", sfm, &[("photos", files), ("mask", &[mask])]);
     let pose = Pose { tank: s.tank.clone(), photos: names.to_vec(), params: s.pose.clone() };
     graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files)])
+}
+
+/// One view's volume, by the method of the study.
+fn rendered(graph: &mut Graph, s: &Settings, name: &str, photo: NodeId, camera: NodeId, is_virtual: bool) -> NodeId {
+    let (tank, grid, sizes) = (s.tank.clone(), s.grid, s.render.sizes());
+    let label = format!("render/{name}");
+    match s.render.method {
+        Method::Exact => {
+            let (stage, ports) =
+                (Render { tank, grid, options: s.render.options() }, [("photo", &[photo][..]), ("camera", &[camera])]);
+            if is_virtual { graph.add_virtual(&label, stage, &ports) } else { graph.add(&label, stage, &ports) }
+        }
+        Method::PatchRbf => {
+            let lattice = Lattice { tank: tank.clone(), grid, sizes };
+            let lattice = graph.add(&format!("lattice/{name}"), lattice, &[("camera", &[camera])]);
+            let ports = [("photo", &[photo][..]), ("camera", &[camera]), ("lattice", &[lattice])];
+            let stage = RenderPatch { tank, grid, sizes };
+            if is_virtual { graph.add_virtual(&label, stage, &ports) } else { graph.add(&label, stage, &ports) }
+        }
+    }
 }
