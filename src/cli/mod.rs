@@ -8,6 +8,7 @@ mod cancel;
 pub mod complaint;
 mod doctor;
 mod evaluate;
+mod export;
 mod options;
 mod progress;
 mod run;
@@ -37,6 +38,7 @@ enum Command {
     Why(why::Why),
     Simulate(simulate::Simulate),
     Evaluate(evaluate::Evaluate),
+    Export(export::Export),
     Cache(cache::Cache),
     Doctor(doctor::Doctor),
 }
@@ -52,6 +54,7 @@ pub fn run() -> Result<()> {
         Command::Why(c) => c.run(),
         Command::Simulate(c) => c.run(),
         Command::Evaluate(c) => c.run(),
+        Command::Export(c) => c.run(),
         Command::Cache(c) => c.run(),
         Command::Doctor(c) => c.run(),
     }

@@ -5,8 +5,11 @@ pub mod json;
 pub mod ome_zarr;
 pub mod photograph;
 pub mod picture;
+pub mod ply;
 pub mod points_csv;
 pub mod roots_json;
+pub mod rsml;
+pub mod swc;
 pub mod tables;
 pub mod tank_json;
 

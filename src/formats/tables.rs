@@ -1,6 +1,7 @@
 //! The CSV tables of the results: units stand in the headers, a dot is the decimal mark.
 
 use crate::error::{Error, Result};
+use crate::roots::{Repair, TracedRoot};
 use serde::Serialize;
 
 /// A row of `root_voxels.csv`.
@@ -36,4 +37,69 @@ pub fn csv<R: Serialize>(columns: &[&str], rows: impl IntoIterator<Item = R>) ->
 /// As [`csv`].
 pub fn root_voxels(rows: &[RootVoxel]) -> Result<Vec<u8>> {
     csv(&["x_mm", "y_mm", "z_mm", "rootness"], rows)
+}
+
+/// A row of `roots.csv`: one centreline point; a root's rows stand together, base first.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+struct CentrelinePoint {
+    root_id: i64,
+    parent_id: i64,
+    order: u32,
+    x_mm: f64,
+    y_mm: f64,
+    z_mm: f64,
+    diameter_mm: f64,
+    diameter_sd_mm: f64,
+    views: u32,
+    confidence: f64,
+}
+
+/// `roots.csv`.
+///
+/// # Errors
+/// As [`csv`].
+pub fn roots(roots: &[TracedRoot]) -> Result<Vec<u8>> {
+    // A tenth of a micrometre is finer than any photograph.
+    let round = |x: f64| (x * 1e4).round() / 1e4 + 0.0;
+    let rows = roots.iter().flat_map(|traced| {
+        let root = &traced.root;
+        root.points_mm.iter().enumerate().map(move |(k, p)| CentrelinePoint {
+            root_id: root.id,
+            parent_id: root.parent,
+            order: root.order,
+            x_mm: round(p[0]),
+            y_mm: round(p[1]),
+            z_mm: round(p[2]),
+            diameter_mm: round(2.0 * root.radii_mm[k]),
+            diameter_sd_mm: round(2.0 * traced.radius_sd_mm[k]),
+            views: traced.views[k],
+            confidence: round(traced.confidence[k]),
+        })
+    });
+    let columns = [
+        "root_id",
+        "parent_id",
+        "order",
+        "x_mm",
+        "y_mm",
+        "z_mm",
+        "diameter_mm",
+        "diameter_sd_mm",
+        "views",
+        "confidence",
+    ];
+    csv(&columns, rows)
+}
+
+/// `repairs.csv`: what the tracing changed against the bare ridge, and why.
+///
+/// # Errors
+/// As [`csv`].
+pub fn repairs(repairs: &[Repair]) -> Result<Vec<u8>> {
+    let round = |x: f64| (x * 1e3).round() / 1e3 + 0.0;
+    let rows = repairs.iter().map(|r| {
+        let [x, y, z] = r.place_mm.map(round);
+        (r.kind.name(), x, y, z, round(r.length_mm), r.reason.as_str())
+    });
+    csv(&["repair", "x_mm", "y_mm", "z_mm", "length_mm", "reason"], rows)
 }

@@ -1,4 +1,5 @@
 //! Overlays, figures, the HTML report: pictures and pages as values, no files.
 
 pub mod overlay;
+pub mod page;
 pub mod palette;

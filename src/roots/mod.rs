@@ -1,5 +1,20 @@
 //! Roots as curves: centrelines with radii, their graph, their traits.
 
+pub mod bridge;
+pub mod curve;
+pub mod hierarchy;
+pub mod link;
+pub mod repair;
+pub mod ridge;
+pub mod strand;
+pub mod tie;
+pub mod trace;
+pub mod tube;
+
+pub use repair::Repair;
+pub use ridge::{Field, RidgePoint};
+pub use trace::{RootSystem, TraceParams, TracedRoot, trace};
+
 use serde::{Deserialize, Serialize};
 
 /// One root: a polyline from its base to its tip with a radius at every point.

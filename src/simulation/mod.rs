@@ -13,13 +13,15 @@ mod belt;
 mod bvh;
 mod capture;
 mod growth;
+mod marks;
 mod noise;
 mod photograph;
 mod room;
 mod scene;
+mod sway;
 mod walk;
 
 pub use belt::BeltPrint;
 pub use capture::{CaptureParams, PictureFormat, capture};
-pub use growth::{GrowthParams, LateralParams, MainParams, grow};
+pub use growth::{GrowthParams, LateralParams, MainParams, Preset, grow};
 pub use scene::Scene;

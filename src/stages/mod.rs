@@ -14,6 +14,7 @@ pub mod photograph;
 pub mod render;
 pub mod rootness;
 pub mod suppress;
+pub mod trace;
 pub mod undistort;
 pub mod volume;
 

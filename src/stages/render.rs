@@ -2,13 +2,15 @@
 //! In: photo (undistorted), camera. Out: view (z, y, x, rgb + mask u8), I_ijkl of the paper; mask 255 where
 //! the view has evidence, else 0.
 
-use super::{SLAB_PLANES, read3, slabs};
+use super::read3;
 use crate::error::Result;
-use crate::flow::{Inputs, Output, Progress, Stage};
+use crate::flow::{Inputs, Output, Progress, Stage, Streamed, store_streamed};
 use crate::optics::{Tank, View};
+use crate::store::{ArraySpec, Slab, SlabSource};
 use crate::volume::{Grid, ViewRenderer};
 use ndarray::Array4;
 use serde::Serialize;
+use std::ops::Range;
 
 /// One view's volume.
 #[derive(Debug, Clone, Serialize)]
@@ -24,26 +26,59 @@ impl Stage for Render {
     const VERSION: u32 = 1;
 
     fn peak_bytes(&self) -> u64 {
-        let [_, rows, columns] = self.grid.shape;
-        // Picture, slab, and a shard being written.
-        (64 << 20) + (64 << 20) + (SLAB_PLANES * rows * columns * 4) as u64
+        // A slab, and a shard being written.
+        128 << 20
     }
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
+        store_streamed(self, inputs, output, progress)
+    }
+}
+
+impl Streamed for Render {
+    fn open(&self, inputs: &Inputs) -> Result<Box<dyn SlabSource>> {
+        Ok(Box::new(self.opened(inputs)?))
+    }
+}
+
+impl Render {
+    /// Some planes of the view's volume (z, y, x, rgb + mask).
+    ///
+    /// # Errors
+    /// As the run of the stage.
+    pub fn planes(&self, inputs: &Inputs, planes: Range<usize>) -> Result<Array4<u8>> {
+        Ok(self.opened(inputs)?.planes(planes))
+    }
+
+    fn opened(&self, inputs: &Inputs) -> Result<Opened> {
         let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
         let view: View = inputs.one("camera")?.json("view")?;
-        let renderer = ViewRenderer::new(&view, &self.tank, photo)?;
+        Ok(Opened { grid: self.grid, renderer: ViewRenderer::new(&view, &self.tank, photo)? })
+    }
+}
+
+/// A view being rendered slab by slab.
+struct Opened {
+    grid: Grid,
+    renderer: ViewRenderer,
+}
+
+impl Opened {
+    fn planes(&self, planes: Range<usize>) -> Array4<u8> {
+        let [_, rows, columns] = self.grid.shape;
+        let mut slab = Array4::zeros((planes.len(), rows, columns, 4));
+        self.renderer.render_slab(&self.grid, planes, slab.view_mut());
+        slab
+    }
+}
+
+impl SlabSource for Opened {
+    fn arrays(&self) -> Vec<ArraySpec> {
         let [depth, rows, columns] = self.grid.shape;
-        let mut volume = output.slabs::<u8>("view", &[depth, rows, columns, 4], &["z", "y", "x", "c"])?;
-        progress.total(depth as u64);
-        for (own, _) in slabs(depth, 0) {
-            progress.check()?;
-            let planes = own.len();
-            let mut slab = Array4::zeros((planes, rows, columns, 4));
-            renderer.render_slab(&self.grid, own, slab.view_mut());
-            volume.push(slab.view().into_dyn())?;
-            progress.advance(planes as u64);
-        }
-        volume.finish()
+        vec![ArraySpec::new::<u8>("view", &[depth, rows, columns, 4], &["z", "y", "x", "c"])]
+    }
+
+    fn slab(&self, _: &str, planes: Range<usize>) -> Result<Slab> {
+        Ok(self.planes(planes).into_dyn().into())
     }
 }

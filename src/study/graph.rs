@@ -99,6 +99,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         }
     };
 
+    let is_virtual = s.render.is_virtual(&s.grid, photos.len());
     let mut views = Vec::new();
     let mut overlay_inputs = Vec::new();
     for (name, &photo) in photos.iter().zip(&files) {
@@ -107,7 +108,12 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
         let render = Render { tank: s.tank.clone(), grid: s.grid };
         let ports: &[(&str, &[NodeId])] = &[("photo", &[undistorted]), ("camera", &[camera])];
-        views.push(graph.add(&format!("render/{name}"), render, ports));
+        let label = format!("render/{name}");
+        views.push(if is_virtual {
+            graph.add_virtual(&label, render, ports)
+        } else {
+            graph.add(&label, render, ports)
+        });
         overlay_inputs.push((name, undistorted, camera));
     }
     let merged = graph.add("merge", Merge { params: s.merge.clone() }, &[("views", &views)]);

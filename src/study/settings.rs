@@ -25,6 +25,42 @@ pub struct Simulate {
     pub capture: CaptureParams,
 }
 
+/// Whether the views' volumes are kept in the store.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Keep {
+    /// As long as all views together stay under [`MOST_STORED_BYTES`].
+    #[default]
+    Auto,
+    /// Always: a changed merge reads them instead of rendering again.
+    Always,
+    /// Never: they are rendered slab by slab into the merge.
+    Never,
+}
+
+/// Views' volumes larger than this together are not stored: writing and reading them would take longer than
+/// rendering them again, and a lab's disk is finite.
+pub const MOST_STORED_BYTES: u64 = 8 << 30;
+
+/// `[render]`: the views' volumes.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RenderSection {
+    /// auto, always or never; no result depends on it.
+    pub store: Keep,
+}
+
+impl RenderSection {
+    /// Whether `views` volumes of that grid are streamed rather than stored.
+    pub fn is_virtual(&self, grid: &Grid, views: usize) -> bool {
+        match self.store {
+            Keep::Auto => (grid.len() * views * 4) as u64 > MOST_STORED_BYTES,
+            Keep::Always => false,
+            Keep::Never => true,
+        }
+    }
+}
+
 /// `[overlay]`: the pictures of roots on photographs.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -63,6 +99,8 @@ pub struct Settings {
     pub tank: Tank,
     /// The voxels.
     pub grid: Grid,
+    /// `[render]`.
+    pub render: RenderSection,
     /// `[merge]`.
     pub merge: Merge,
     /// `[rootness]`.
@@ -79,8 +117,8 @@ pub struct Settings {
 
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
-    "study", "simulate", "photos", "cameras", "tank", "grid", "merge", "rootness", "suppress", "extract", "overlay",
-    "truth",
+    "study", "simulate", "photos", "cameras", "tank", "grid", "render", "merge", "rootness", "suppress", "extract",
+    "overlay", "truth",
 ];
 
 impl Settings {
@@ -104,6 +142,7 @@ impl Settings {
         let cameras: Cameras = file.section("cameras");
         let tank: TankSection = file.section("tank");
         let grid: GridSection = file.section("grid");
+        let render: RenderSection = file.section("render");
         let merge: Merge = file.section("merge");
         let rootness: Rootness = file.section("rootness");
         let suppress: Suppress = file.section("suppress");
@@ -141,6 +180,7 @@ impl Settings {
             cameras,
             grid: Grid::of_tank(&tank, grid.spacing, depth_mm)?,
             tank,
+            render,
             merge,
             rootness,
             suppress,

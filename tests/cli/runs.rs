@@ -100,3 +100,32 @@ fn help_teaches() {
     }
     assert_eq!(rootvox().arg("wander").output().expect("runs").status.code(), Some(2));
 }
+
+#[test]
+fn views_that_are_not_stored_give_the_same_numbers() {
+    let (stored, streamed) = (Capture::new(), Capture::new());
+    stored.run(&["--set", "render.store=always"]).assert().success();
+    streamed.run(&["--set", "render.store=never"]).assert().success();
+    let lock = |c: &Capture| fs::read_to_string(c.path("results/tiny/study.lock")).expect("is there");
+    assert_eq!(lock(&stored), lock(&streamed));
+    let views = |c: &Capture| {
+        let nodes = fs::read_dir(c.path("cache/v1/nodes/render")).expect("nodes");
+        nodes.filter(|n| n.as_ref().expect("node").path().join("view").exists()).count()
+    };
+    assert_eq!((views(&stored), views(&streamed)), (6, 0));
+}
+
+#[test]
+fn a_slice_of_a_view_can_be_taken_out() {
+    let capture = Capture::new();
+    let export = |z: &str| {
+        let mut command = rootvox();
+        command.current_dir(capture.path("")).args(["export", "slice", "study.toml", "--view", "002.jpg"]);
+        command.args(["--z", z, "-o", "slice.png"]).output().expect("runs").status.code()
+    };
+    assert_eq!(export("30"), Some(0));
+    let picture = image::open(capture.path("slice.png")).expect("a picture").to_rgb8();
+    assert_eq!(picture.dimensions(), (57, 57));
+    assert!(picture.pixels().any(|p| p.0 != [0; 3]), "the view sees something of the slice");
+    assert_eq!(export("300"), Some(2));
+}

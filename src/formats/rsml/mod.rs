@@ -1,0 +1,175 @@
+//! RSML, the Root System Markup Language (Lobet et al. 2015), version 1.
+//!
+//! **Written profile**: unit mm and resolution 1, so that every reader agrees on lengths and on diameters;
+//! points with the attributes x, y, z in this order (readers take them by position) in the tank frame, z down;
+//! `diameter` (mm), `diameter-sd` (mm) and `confidence` (0..1) as functions over the polyline, one `sample value` per
+//! point; a lateral stands within its parent and carries `parent-node`, the index of the parent's point nearest to its
+//! first one. Numbers are plain decimals, as the schema asks.
+//!
+//! **Read**: that and what is met in practice, see [`read`].
+
+mod read;
+#[cfg(test)]
+mod schema;
+#[cfg(test)]
+mod tests;
+
+pub use read::{Reading, read};
+
+use crate::error::{Error, Result};
+use crate::roots::TracedRoot;
+use quick_xml::escape::escape;
+use std::fmt::Write;
+
+/// What the file says about itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct About {
+    /// Time of writing as xs:dateTime, such as 2026-05-01T12:00:00Z.
+    pub last_modified: String,
+    /// The program and its version.
+    pub software: String,
+    /// Who made it.
+    pub user: String,
+    /// Key of the file in the study.
+    pub file_key: String,
+    /// Name and SHA-256 (hexadecimal) of the photograph the file points to.
+    pub image: Option<(String, String)>,
+}
+
+/// The content of an RSML file.
+///
+/// # Errors
+/// Where there is no root, a root has fewer than two points, its lists differ in length, a number is not finite,
+/// or a parent is missing or its own descendant.
+pub fn write(roots: &[TracedRoot], about: &About) -> Result<String> {
+    if roots.is_empty() {
+        return Err(Error::failed("RSML needs one root at least").help("lower the thresholds of the extraction"));
+    }
+    for root in roots {
+        check(root, roots)?;
+    }
+    let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<rsml>\n  <metadata>\n");
+    for (tag, value) in [
+        ("version", "1"),
+        ("unit", "mm"),
+        ("resolution", "1"),
+        ("last-modified", &about.last_modified),
+        ("software", &about.software),
+        ("user", &about.user),
+        ("file-key", &about.file_key),
+    ] {
+        put(&mut out, format_args!("    <{tag}>{}</{tag}>\n", escape(value)));
+    }
+    out.push_str("    <property-definitions>\n");
+    for (label, unit) in [("diameter", "mm"), ("diameter-sd", "mm"), ("confidence", "1")] {
+        put(
+            &mut out,
+            format_args!(
+                "      <property-definition><label>{label}</label><type>real</type><unit>{unit}</unit></property-definition>\n"
+            ),
+        );
+    }
+    out.push_str("      <property-definition><label>parent-node</label><type>integer</type></property-definition>\n");
+    out.push_str("      <property-definition><label>order</label><type>integer</type></property-definition>\n");
+    out.push_str("    </property-definitions>\n");
+    if let Some((name, sha256)) = &about.image {
+        put(
+            &mut out,
+            format_args!(
+                "    <image><name>{}</name><sha256>{}</sha256></image>\n",
+                escape(name.as_str()),
+                escape(sha256.as_str())
+            ),
+        );
+    }
+    out.push_str("  </metadata>\n  <scene>\n    <plant id=\"plant-1\" label=\"plant-1\">\n");
+    for root in roots.iter().filter(|r| r.root.parent < 0) {
+        write_root(&mut out, root, None, roots, 3);
+    }
+    out.push_str("    </plant>\n  </scene>\n</rsml>\n");
+    Ok(out)
+}
+
+/// Writing to a `String` cannot fail.
+fn put(out: &mut String, arguments: std::fmt::Arguments<'_>) {
+    let _ = out.write_fmt(arguments);
+}
+
+fn check(traced: &TracedRoot, roots: &[TracedRoot]) -> Result<()> {
+    let root = &traced.root;
+    let n = root.points_mm.len();
+    let fault = if n < 2 {
+        "has fewer than two points"
+    } else if [root.radii_mm.len(), traced.radius_sd_mm.len(), traced.confidence.len()] != [n; 3] {
+        "has lists of different lengths"
+    } else if root
+        .points_mm
+        .iter()
+        .flatten()
+        .chain(&root.radii_mm)
+        .chain(&traced.confidence)
+        .chain(&traced.radius_sd_mm)
+        .any(|x| !x.is_finite())
+    {
+        "holds a number that is not finite"
+    } else {
+        let mut at = root;
+        let mut steps = 0;
+        loop {
+            if at.parent < 0 {
+                return Ok(());
+            }
+            let Some(parent) = roots.iter().find(|r| r.root.id == at.parent) else {
+                break "has a parent that is missing";
+            };
+            at = &parent.root;
+            steps += 1;
+            if steps > roots.len() {
+                break "descends from itself";
+            }
+        }
+    };
+    Err(Error::failed(format!("RSML: root {} {fault}", root.id)))
+}
+
+fn write_root(out: &mut String, traced: &TracedRoot, parent: Option<&TracedRoot>, roots: &[TracedRoot], depth: usize) {
+    let root = &traced.root;
+    let pad = "  ".repeat(depth);
+    put(out, format_args!("{pad}<root id=\"root-{0}\" label=\"root-{0}\">\n{pad}  <properties>\n", root.id));
+    if let Some(parent) = parent {
+        put(out, format_args!("{pad}    <parent-node>{}</parent-node>\n", nearest(parent, root.points_mm[0])));
+    }
+    put(out, format_args!("{pad}    <order>{}</order>\n{pad}  </properties>\n", root.order));
+    put(out, format_args!("{pad}  <geometry>\n{pad}    <polyline>\n"));
+    for [x, y, z] in root.points_mm.iter().map(|p| p.map(|v| rounded(v, 4))) {
+        put(out, format_args!("{pad}      <point x=\"{x}\" y=\"{y}\" z=\"{z}\"/>\n"));
+    }
+    put(out, format_args!("{pad}    </polyline>\n{pad}  </geometry>\n{pad}  <functions>\n"));
+    let diameters: Vec<f64> = root.radii_mm.iter().map(|r| 2.0 * r).collect();
+    let spreads: Vec<f64> = traced.radius_sd_mm.iter().map(|r| 2.0 * r).collect();
+    for (name, values) in [("diameter", &diameters), ("diameter-sd", &spreads), ("confidence", &traced.confidence)] {
+        put(out, format_args!("{pad}    <function name=\"{name}\" domain=\"polyline\" origin=\"base\">\n"));
+        for value in values {
+            put(out, format_args!("{pad}      <sample value=\"{}\"/>\n", rounded(*value, 5)));
+        }
+        put(out, format_args!("{pad}    </function>\n"));
+    }
+    put(out, format_args!("{pad}  </functions>\n"));
+    for child in roots.iter().filter(|r| r.root.parent == root.id) {
+        write_root(out, child, Some(traced), roots, depth + 1);
+    }
+    put(out, format_args!("{pad}</root>\n"));
+}
+
+/// Index of the parent's point nearest to `p`.
+fn nearest(parent: &TracedRoot, p: [f64; 3]) -> usize {
+    let distance = |q: &[f64; 3]| (0..3).map(|d| (q[d] - p[d]).powi(2)).sum::<f64>();
+    let points = &parent.root.points_mm;
+    (0..points.len()).min_by(|&a, &b| distance(&points[a]).total_cmp(&distance(&points[b]))).unwrap_or(0)
+}
+
+/// Rounded to `digits` after the point; a tenth of a micrometre is finer than any photograph. Never -0.
+fn rounded(value: f64, digits: i32) -> f64 {
+    let scale = 10f64.powi(digits);
+    (value * scale).round() / scale + 0.0
+}

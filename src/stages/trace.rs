@@ -1,0 +1,61 @@
+//! Follows the ridges into roots: centrelines, parents, orders.
+//! In: ridges, roots (the extracted voxels), rootness. Out: system.json (roots with their scale-space radii, repairs),
+//! repairs.csv.
+
+use super::{extract, read3, suppress};
+use crate::error::{Error, Result};
+use crate::flow::{Inputs, Output, Progress, Stage};
+use crate::formats::tables;
+use crate::optics::Vec3;
+use crate::roots::{Field, RidgePoint, TraceParams, trace};
+use crate::volume::{Grid, Ridges};
+use serde::Serialize;
+
+/// The tracing with its parameters.
+#[derive(Debug, Clone, Serialize)]
+pub struct Trace {
+    /// The grid that the ridges lie on.
+    pub grid: Grid,
+    /// The scales of the rootness, mm.
+    pub sigma_mm: Vec<f64>,
+    /// How it decides.
+    #[serde(flatten)]
+    pub params: TraceParams,
+}
+
+impl Stage for Trace {
+    const NAME: &'static str = "trace";
+    const VERSION: u32 = 1;
+
+    fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
+        let ridges = suppress::read(inputs.one("ridges")?)?;
+        let strong: Vec<u32> = extract::read(inputs.one("roots")?)?.iter().map(|p| p.index).collect();
+        let rootness = read3::<f32>(inputs.one("rootness")?, "rootness")?;
+        let points = points(&ridges, &strong, &self.grid, &self.sigma_mm)?;
+        let system = trace(&points, &Field { grid: self.grid, rootness: rootness.view() }, &self.params)?;
+        if system.roots.is_empty() {
+            output.warn("no root was traced; look at the extracted voxels");
+        }
+        output.bytes("repairs.csv", &tables::repairs(&system.repairs)?)?;
+        output.json("system.json", &system)
+    }
+}
+
+/// The ridge voxels as points; strong are those in `strong` (flat indices, ascending as the ridges are).
+fn points(ridges: &Ridges, strong: &[u32], grid: &Grid, sigma_mm: &[f64]) -> Result<Vec<RidgePoint>> {
+    (0..ridges.len())
+        .map(|n| {
+            let scale = usize::from(ridges.scale[n]);
+            let sigma_mm = *sigma_mm.get(scale).ok_or_else(|| {
+                Error::failed(format!("ridges name scale {scale}, but the rootness has {} scales", sigma_mm.len()))
+            })?;
+            Ok(RidgePoint {
+                position_mm: ridges.point_mm(n, grid),
+                tangent: Vec3::from(ridges.tangent[n].map(f64::from)).try_normalize(1e-9).unwrap_or_else(Vec3::z),
+                rootness: f64::from(ridges.rootness[n]),
+                sigma_mm,
+                strong: strong.binary_search(&ridges.index[n]).is_ok(),
+            })
+        })
+        .collect()
+}
