@@ -2,11 +2,14 @@
 //!
 //! To add one: a file here, a line below, a line in `study/graph.rs`.
 
+pub mod axis;
 pub mod camera;
 pub mod cameras;
 pub mod capture;
+pub mod contrast;
 pub mod evaluate;
 pub mod extract;
+pub mod feature;
 pub mod labels;
 pub mod merge;
 pub mod overlay;

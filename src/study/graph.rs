@@ -4,11 +4,14 @@ use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
 use crate::evaluation::ScoreParams;
 use crate::flow::{Graph, NodeId};
+use crate::stages::axis::Axis;
 use crate::stages::camera::Camera;
 use crate::stages::cameras::Cameras;
 use crate::stages::capture::{Capture, photo_name};
+use crate::stages::contrast::Contrast;
 use crate::stages::evaluate::Evaluate;
 use crate::stages::extract::Extract;
+use crate::stages::feature::Feature;
 use crate::stages::labels::Labels;
 use crate::stages::merge::Merge;
 use crate::stages::overlay::Overlay;
@@ -48,6 +51,22 @@ impl StudyNodes {
         targets.extend(self.score);
         targets
     }
+}
+
+/// Adds the nodes that make of every undistorted photograph its contrast along the roots' colour axis.
+fn features(graph: &mut Graph, s: &Settings, seen: &[(&String, NodeId, NodeId)]) -> Vec<NodeId> {
+    let contrasts: Vec<NodeId> = seen
+        .iter()
+        .map(|&(name, photo, camera)| {
+            let stage = Contrast { tank: s.tank.clone(), params: s.contrast };
+            graph.add(&format!("contrast/{name}"), stage, &[("photo", &[photo]), ("camera", &[camera])])
+        })
+        .collect();
+    let axis = graph.add("axis", Axis {}, &[("contrasts", &contrasts)]);
+    let feature = |(&(name, ..), contrast): (&(&String, NodeId, NodeId), NodeId)| {
+        graph.add(&format!("feature/{name}"), Feature {}, &[("contrast", &[contrast]), ("axis", &[axis])])
+    };
+    seen.iter().zip(contrasts).map(feature).collect()
 }
 
 /// Adds the study to the graph.
@@ -100,28 +119,30 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     };
 
     let is_virtual = s.render.is_virtual(&s.grid, photos.len());
-    let mut views = Vec::new();
-    let mut overlay_inputs = Vec::new();
+    let mut seen = Vec::new();
     for (name, &photo) in photos.iter().zip(&files) {
         let camera = graph.add(&format!("camera/{name}"), Camera { photo: name.clone() }, &[("cameras", &[cameras])]);
         let undistorted =
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
-        let render = Render { tank: s.tank.clone(), grid: s.grid };
-        let ports: &[(&str, &[NodeId])] = &[("photo", &[undistorted]), ("camera", &[camera])];
-        let label = format!("render/{name}");
-        views.push(if is_virtual {
-            graph.add_virtual(&label, render, ports)
-        } else {
-            graph.add(&label, render, ports)
-        });
-        overlay_inputs.push((name, undistorted, camera));
+        seen.push((name, undistorted, camera));
     }
+    let rendered = if s.contrast.enabled { features(graph, s, &seen) } else { seen.iter().map(|v| v.1).collect() };
+    let views: Vec<NodeId> = seen
+        .iter()
+        .zip(rendered)
+        .map(|(&(name, _, camera), photo)| {
+            let render = Render { tank: s.tank.clone(), grid: s.grid };
+            let ports: &[(&str, &[NodeId])] = &[("photo", &[photo]), ("camera", &[camera])];
+            let label = format!("render/{name}");
+            if is_virtual { graph.add_virtual(&label, render, ports) } else { graph.add(&label, render, ports) }
+        })
+        .collect();
     let merged = graph.add("merge", Merge { params: s.merge.clone() }, &[("views", &views)]);
     let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
     let rootness = graph.add("rootness", rootness, &[("merged", &[merged])]);
     let ridges = graph.add("suppress", Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
     let extract = graph.add("extract", Extract { grid: s.grid, params: s.extract }, &[("ridges", &[ridges])]);
-    let overlays = overlay_inputs
+    let overlays = seen
         .into_iter()
         .map(|(name, photo, camera)| {
             graph.add(

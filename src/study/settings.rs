@@ -4,6 +4,7 @@ use super::document::{Document, Sources};
 use super::inputs::{Cameras, GridSection, Photos, StudySection, TankSection, Truth, find_photographs};
 use crate::error::{Error, Result};
 use crate::optics::Tank;
+use crate::photo::contrast::ContrastParams;
 use crate::simulation::{CaptureParams, GrowthParams};
 use crate::volume::Grid;
 use crate::volume::hysteresis::Hysteresis;
@@ -101,6 +102,8 @@ pub struct Settings {
     pub grid: Grid,
     /// `[render]`.
     pub render: RenderSection,
+    /// `[contrast]`.
+    pub contrast: ContrastParams,
     /// `[merge]`.
     pub merge: Merge,
     /// `[rootness]`.
@@ -117,8 +120,8 @@ pub struct Settings {
 
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
-    "study", "simulate", "photos", "cameras", "tank", "grid", "render", "merge", "rootness", "suppress", "extract",
-    "overlay", "truth",
+    "study", "simulate", "photos", "cameras", "tank", "grid", "render", "contrast", "merge", "rootness", "suppress",
+    "extract", "overlay", "truth",
 ];
 
 impl Settings {
@@ -143,13 +146,14 @@ impl Settings {
         let tank: TankSection = file.section("tank");
         let grid: GridSection = file.section("grid");
         let render: RenderSection = file.section("render");
+        let contrast: ContrastParams = file.section("contrast");
         let merge: Merge = file.section("merge");
         let rootness: Rootness = file.section("rootness");
         let suppress: Suppress = file.section("suppress");
         let extract: Hysteresis = file.section("extract");
         let overlay: OverlaySection = file.section("overlay");
         let truth: Truth = file.section("truth");
-        for checked in [merge.check(), rootness.check(grid.spacing)] {
+        for checked in [contrast.check(), merge.check(), extract.check(), rootness.check(grid.spacing)] {
             if let Err(e) = checked {
                 file.refuse(e);
             }
@@ -181,6 +185,7 @@ impl Settings {
             grid: Grid::of_tank(&tank, grid.spacing, depth_mm)?,
             tank,
             render,
+            contrast,
             merge,
             rootness,
             suppress,

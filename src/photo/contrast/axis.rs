@@ -16,8 +16,8 @@ use crate::optics::{Mat3, Vec3};
 use crate::photo::colour::GRAY;
 use serde::{Deserialize, Serialize};
 
-/// Pixels looked at, over all photographs, at most.
-const SAMPLES: usize = 400_000;
+/// Pixels that one photograph gives, at most.
+const SAMPLES: usize = 12_000;
 /// Variance that the inner half of a 3-D normal distribution keeps.
 const INNER_HALF: f64 = 0.406_939_47;
 /// Fewer significant pixels than this share are not trusted to be roots.
@@ -41,15 +41,13 @@ pub struct ColourAxis {
 }
 
 impl ColourAxis {
-    /// Learns the axis from all photographs of a capture. Without significant pixels it is gray.
+    /// Learns the axis from the [`samples`] of all photographs of a capture. Without significant pixels
+    /// it is gray.
     ///
     /// # Errors
-    /// Where the photographs have no clear pixel.
-    pub fn learn<'a>(photographs: impl Iterator<Item = &'a Contrast> + Clone) -> Result<Self> {
-        let clear: usize = photographs.clone().map(|p| p.clear.iter().filter(|&&c| c).count()).sum();
-        // An odd step falls on all columns of rows of even length.
-        let step = (clear / SAMPLES) | 1;
-        let samples: Vec<Vec3> = photographs.flat_map(|p| sample(p, step)).collect();
+    /// Where there are hardly any samples.
+    pub fn learn(samples: impl IntoIterator<Item = [f32; 3]>) -> Result<Self> {
+        let samples: Vec<Vec3> = samples.into_iter().map(|x| Vec3::from(x.map(f64::from))).collect();
         if samples.len() < 100 {
             return Err(Error::failed("no photograph shows the water")
                 .help("check the tank's belts and height, and whether the cameras belong to the photographs"));
@@ -88,22 +86,29 @@ impl ColourAxis {
     }
 }
 
-/// Every `step`-th clear pixel that is clear around.
-fn sample(photograph: &Contrast, step: usize) -> Vec<Vec3> {
+impl ColourAxis {
+    /// Whether too few pixels stood out to learn from.
+    pub fn is_gray(&self) -> bool {
+        self.share < LEAST_SHARE
+    }
+}
+
+/// Contrasts (R, G, B) of up to [`SAMPLES`] clear pixels of a photograph, evenly spread over those that are clear around.
+pub fn samples(photograph: &Contrast) -> Vec<[f32; 3]> {
     let clear = &photograph.clear;
-    let around = |y: usize, x: usize| {
-        [(MARGIN_PX, 0), (0, MARGIN_PX), (2 * MARGIN_PX, MARGIN_PX), (MARGIN_PX, 2 * MARGIN_PX)].iter().all(
-            |&(v, u)| {
-                (y + v).checked_sub(MARGIN_PX).zip((x + u).checked_sub(MARGIN_PX)).and_then(|at| clear.get(at))
-                    == Some(&true)
-            },
-        )
+    let (height, width) = clear.dim();
+    let inner = |(y, x): (usize, usize)| {
+        (MARGIN_PX..height.saturating_sub(MARGIN_PX)).contains(&y)
+            && (MARGIN_PX..width.saturating_sub(MARGIN_PX)).contains(&x)
+            && clear[[y, x]]
+            && clear[[y - MARGIN_PX, x]]
+            && clear[[y + MARGIN_PX, x]]
+            && clear[[y, x - MARGIN_PX]]
+            && clear[[y, x + MARGIN_PX]]
     };
-    let clear_ones = clear.indexed_iter().filter(|&(_, &c)| c).step_by(step);
-    clear_ones
-        .filter(|&((y, x), _)| around(y, x))
-        .map(|((y, x), _)| Vec3::from([0, 1, 2].map(|c| f64::from(photograph.values[[y, x, c]]))))
-        .collect()
+    let pixels: Vec<(usize, usize)> = clear.indexed_iter().map(|(at, _)| at).filter(|&at| inner(at)).collect();
+    let step = pixels.len().div_ceil(SAMPLES).max(1);
+    pixels.into_iter().step_by(step).map(|(y, x)| [0, 1, 2].map(|c| photograph.values[[y, x, c]])).collect()
 }
 
 /// Covariance about `mean`; never singular: rounding to codes leaves at least 1/12.

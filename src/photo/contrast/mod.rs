@@ -28,6 +28,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ContrastParams {
+    /// Merge the contrast against the background instead of the photographs' colours. `false` is the paper's way.
+    pub enabled: bool,
     /// Edge of the background's window, mm at the tank's axis, 2..100. Several times the thickest root,
     /// so that no root fills half of it.
     pub window_mm: f64,
@@ -38,7 +40,7 @@ pub struct ContrastParams {
 
 impl Default for ContrastParams {
     fn default() -> Self {
-        Self { window_mm: 15.0, blur_mm: 0.3 }
+        Self { enabled: true, window_mm: 15.0, blur_mm: 0.3 }
     }
 }
 

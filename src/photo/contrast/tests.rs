@@ -1,4 +1,4 @@
-use super::axis::ColourAxis;
+use super::axis::{ColourAxis, samples};
 use super::feature::{ZERO, feature};
 use super::*;
 use crate::optics::{Distortion, Index, Lens, Mat3, Vec3};
@@ -70,7 +70,7 @@ fn the_room_vanishes_and_roots_of_any_colour_stand_out() {
             .iter()
             .map(|(p, _)| contrast(p, &view, &tank, &ContrastParams { blur_mm: 1.0, ..Default::default() }).unwrap())
             .collect();
-        let axis = ColourAxis::learn(contrasts.iter()).unwrap();
+        let axis = ColourAxis::learn(contrasts.iter().flat_map(samples)).unwrap();
         assert!(axis.contrast > 5.0, "{root:?}: {axis:?}");
         let (mut on, mut off) = (vec![], vec![]);
         for (c, (_, is_root)) in contrasts.iter().zip(&shots) {
@@ -99,7 +99,7 @@ fn without_roots_the_axis_is_gray() {
     let shots = [photograph([0.0; 3], 9, false).0];
     let contrasts: Vec<_> =
         shots.iter().map(|p| contrast(p, &view(), &tank(), &ContrastParams::default()).unwrap()).collect();
-    let axis = ColourAxis::learn(contrasts.iter()).unwrap();
+    let axis = ColourAxis::learn(contrasts.iter().flat_map(samples)).unwrap();
     assert!(axis.share < 1e-3, "{axis:?}");
     let ratio = axis.weights[1] / axis.weights[0];
     assert!((ratio - 0.587 / 0.299).abs() < 1e-4, "{axis:?}");
@@ -109,6 +109,6 @@ fn without_roots_the_axis_is_gray() {
 fn bad_input_is_refused() {
     let small = Picture::zeros((10, 10, 3));
     assert!(contrast(&small, &view(), &tank(), &ContrastParams::default()).unwrap_err().message.contains("10 x 10"));
-    let faults = ContrastParams { window_mm: 0.0, blur_mm: f64::NAN }.check().unwrap_err();
+    let faults = ContrastParams { window_mm: 0.0, blur_mm: f64::NAN, ..Default::default() }.check().unwrap_err();
     assert_eq!(faults.others.len(), 1);
 }
