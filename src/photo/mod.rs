@@ -3,9 +3,11 @@
 pub mod colour;
 pub mod contrast;
 pub mod decode;
+pub mod gray;
 pub mod undistort;
 
 pub use decode::decode;
+pub use gray::gray;
 pub use undistort::undistort;
 
 /// A photograph: (y, x, rgb), 8 bits as encoded (sRGB).

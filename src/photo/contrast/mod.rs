@@ -144,8 +144,8 @@ fn block_means(codes: ndarray::ArrayView2<u8>, clear: &Array2<bool>, block: usiz
                 }
             }
         }
-        if count > 0 {
-            *mean = ((sum + count / 2) / count) as u8;
+        if let Some(rounded) = (sum + count / 2).checked_div(count) {
+            *mean = rounded as u8;
             known[[by, bx]] = true;
         }
     }
