@@ -57,7 +57,7 @@ fn map_one_view(bencher: Bencher) {
     let (grid, tank) = (grid(), tank());
     let map = ViewMap::new(&view(1).ideal(), &tank).expect("a camera outside");
     let [depth, rows, columns] = grid.shape;
-    bencher.bench_local(|| {
+    let map_all = || {
         let mut sum = 0.0;
         for k in 0..depth {
             for j in (0..rows).step_by(LANES) {
@@ -74,7 +74,8 @@ fn map_one_view(bencher: Bencher) {
             }
         }
         sum
-    });
+    };
+    bencher.bench_local(|| pulp::Arch::new().dispatch(map_all));
 }
 
 #[divan::bench(args = [1, 4], sample_count = 3, sample_size = 1)]

@@ -57,7 +57,7 @@ impl Pyramid {
 
     /// Value at pixel `(u, v)` with texels of size `texel` px; `None` beyond the outermost pixels' edges or
     /// where a coordinate is NaN. Between the outermost centres and their edges the outermost values hold.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, u: f64, v: f64, texel: f64) -> Option<[u8; 3]> {
         let Level { width, height, .. } = self.levels[0];
         if !(u >= -0.5 && v >= -0.5 && u <= width as f64 - 0.5 && v <= height as f64 - 0.5) {

@@ -23,6 +23,7 @@ use crate::optics::inverse::{LANES, March};
 use crate::optics::{Tank, View, ViewMap};
 use crate::photo::{Picture, Pyramid};
 use ndarray::{ArrayViewMut2, ArrayViewMut4, Axis};
+use pulp::Arch;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -88,7 +89,13 @@ impl ViewRenderer {
     ///
     /// # Panics
     /// Where `out` does not have the shape of the slab or `planes` reaches beyond the grid.
-    pub fn render_slab(&self, grid: &Grid, planes: Range<usize>, mut out: ArrayViewMut4<u8>) {
+    pub fn render_slab(&self, grid: &Grid, planes: Range<usize>, out: ArrayViewMut4<u8>) {
+        self.render_on(Arch::new(), grid, planes, out);
+    }
+
+    /// [`Self::render_slab`] with the instructions of `arch`; the bits do not depend on it, for nothing fuses a
+    /// product with a sum.
+    fn render_on(&self, arch: Arch, grid: &Grid, planes: Range<usize>, mut out: ArrayViewMut4<u8>) {
         let [depth, rows, columns] = grid.shape;
         assert!(planes.end <= depth && out.dim() == (planes.len(), rows, columns, 4), "slab and array must agree");
         let mut blocks = Vec::with_capacity(planes.len() * rows.div_ceil(LANES));
@@ -103,11 +110,12 @@ impl ViewRenderer {
                 j += LANES;
             }
         }
-        blocks.into_par_iter().for_each(|(k, j, block)| self.render_block(grid, k, j, block));
+        blocks.into_par_iter().for_each(|(k, j, block)| arch.dispatch(Block { renderer: self, grid, k, j, out: block }));
     }
 
     /// Renders up to [`LANES`] rows of plane k from row j on; the lanes run along y, the solutions are carried
     /// along x.
+    #[inline(always)]
     fn render_block(&self, grid: &Grid, k: usize, j: usize, mut out: ArrayViewMut2<u8>) {
         out.fill(0);
         let tank = self.map.tank();
@@ -170,5 +178,115 @@ impl ViewRenderer {
             }
             i += 1;
         }
+    }
+}
+
+/// [`ViewRenderer::render_block`] as a task for [`Arch::dispatch`]; a closure would not be inlined into it.
+struct Block<'a> {
+    renderer: &'a ViewRenderer,
+    grid: &'a Grid,
+    k: usize,
+    j: usize,
+    out: ArrayViewMut2<'a, u8>,
+}
+
+impl pulp::WithSimd for Block<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        self.renderer.render_block(self.grid, self.k, self.j, self.out);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::{Distortion, Index, Lens, Mat3, Vec3};
+
+    fn scene() -> (View, Tank, Grid, Picture) {
+        let tank = Tank {
+            radius_mm: 40.0,
+            height_mm: 100.0,
+            wall_mm: 3.0,
+            water_level_mm: 8.0,
+            index: Index::default(),
+            belts_mm: vec![[0.0, 20.0]],
+        };
+        let forward = Vec3::new(-1.0, 0.05, 0.1).normalize();
+        let right = forward.cross(&Vec3::z()).normalize();
+        let rotation = Mat3::from_rows(&[right.transpose(), forward.cross(&right).transpose(), forward.transpose()]);
+        let lens =
+            Lens { width: 240, height: 200, focal_px: 400.0, cx: 120.0, cy: 90.0, distortion: Distortion::default() };
+        let view = View { lens, rotation, translation_mm: -(rotation * Vec3::new(200.0, 3.0, 30.0)) };
+        let grid = Grid::of_tank(&tank, 1.0, 60.0).unwrap();
+        let picture = Picture::from_shape_fn((200, 240, 3), |(y, x, c)| (x * 7 + y * 13 + c * 31) as u8);
+        (view, tank, grid, picture)
+    }
+
+    fn rendered(arch: Arch, options: RenderOptions, planes: Range<usize>) -> ndarray::Array4<u8> {
+        let (view, tank, grid, picture) = scene();
+        let renderer = ViewRenderer::new(&view, &tank, &picture, options).unwrap();
+        let mut out = ndarray::Array4::zeros((planes.len(), grid.shape[1], grid.shape[2], 4));
+        renderer.render_on(arch, &grid, planes, out.view_mut());
+        out
+    }
+
+    #[test]
+    fn every_processor_renders_the_same_bits() {
+        for sampling in [Sampling::Point, Sampling::Footprint] {
+            let options = RenderOptions { sampling, ..RenderOptions::default() };
+            assert_eq!(rendered(Arch::new(), options, 0..60), rendered(Arch::Scalar, options, 0..60));
+        }
+    }
+
+    #[test]
+    fn slabs_are_cut_from_the_whole() {
+        let options = RenderOptions::default();
+        let whole = rendered(Arch::new(), options, 0..60);
+        let slab = rendered(Arch::new(), options, 33..38);
+        assert_eq!(slab, whole.slice_axis(Axis(0), (33..38).into()));
+    }
+
+    #[test]
+    fn voxels_take_the_colour_of_their_pixel() {
+        let (view, tank, grid, picture) = scene();
+        let map = ViewMap::new(&view, &tank).unwrap();
+        let options = RenderOptions { sampling: Sampling::Point, ..RenderOptions::default() };
+        let out = rendered(Arch::new(), options, 0..60);
+        let pyramid = Pyramid::flat(&picture);
+        let mut seen = 0;
+        for ((k, j, i), &mask) in out.index_axis(Axis(3), 3).indexed_iter() {
+            let point = grid.point_mm(k as f64, j as f64, i as f64);
+            let in_water = point.z > tank.water_level_mm && point.z < tank.floor_mm();
+            let near = map.project(&point).filter(|p| in_water && p.clear && p.distance_mm <= 1.0);
+            let want = near.and_then(|p| pyramid.sample(p.u, p.v, 1.0));
+            assert_eq!(mask == 255, want.is_some(), "({k}, {j}, {i})");
+            for (c, value) in want.unwrap_or_default().into_iter().enumerate() {
+                assert!(out[[k, j, i, c]].abs_diff(value) <= 1, "({k}, {j}, {i})");
+            }
+            seen += usize::from(mask == 255);
+        }
+        assert!(seen > 60_000, "{seen}");
+    }
+
+    #[test]
+    fn folded_rays_only_add_voxels() {
+        let with = RenderOptions { exclude_irregular: false, ..RenderOptions::default() };
+        let (less, more) =
+            (rendered(Arch::new(), RenderOptions::default(), 30..34), rendered(Arch::new(), with, 30..34));
+        let count = |volume: &ndarray::Array4<u8>| volume.index_axis(Axis(3), 3).iter().filter(|&&m| m > 0).count();
+        assert!(count(&more) > count(&less) + 100);
+        for (a, b) in less.index_axis(Axis(3), 3).iter().zip(more.index_axis(Axis(3), 3)) {
+            assert!(a <= b);
+        }
+    }
+
+    #[test]
+    fn a_picture_of_another_size_is_refused() {
+        let (view, tank, _, _) = scene();
+        let error =
+            ViewRenderer::new(&view, &tank, &Picture::zeros((10, 10, 3)), RenderOptions::default()).unwrap_err();
+        assert!(error.message.contains("10 x 10 px") && error.help.is_some());
     }
 }

@@ -26,6 +26,7 @@ impl ViewMap {
 
     /// Solves N points of one plane, given in the turned frame, starting from `rays`, which may be anything.
     /// Lanes that are not `wanted` are carried along without being settled.
+    #[inline(always)]
     pub(super) fn solve_rays<const N: usize>(
         &self,
         x: &[f64; N],
