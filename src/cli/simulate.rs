@@ -52,7 +52,7 @@ impl Simulate {
         let mut graph = Graph::new();
         let nodes = graph::add(&mut graph, &settings)?;
         let store = Store::open(&self.store.cache)?;
-        let display = Display::new(&graph);
+        let display = Display::new(graph.labels());
         let mut targets = nodes.photo_nodes.clone();
         targets.push(nodes.cameras);
         let report = Engine::new(&store)

@@ -41,6 +41,11 @@ pub struct StudyNodes {
 }
 
 impl StudyNodes {
+    /// The nodes of the numbers: what a point of a sweep is compared by.
+    pub fn numbers(&self) -> Vec<NodeId> {
+        std::iter::once(self.extract).chain(self.score).collect()
+    }
+
     /// All nodes that a run brings up to date.
     pub fn targets(&self) -> Vec<NodeId> {
         let mut targets = vec![self.extract, self.volume, self.labels];
