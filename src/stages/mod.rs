@@ -5,14 +5,18 @@
 pub mod camera;
 pub mod cameras;
 pub mod capture;
+mod colmap_run;
 pub mod evaluate;
 pub mod extract;
 pub mod labels;
 pub mod merge;
 pub mod overlay;
 pub mod photograph;
+pub mod pose;
 pub mod render;
 pub mod rootness;
+pub mod sfm;
+pub mod sfm_mask;
 pub mod suppress;
 pub mod trace;
 pub mod undistort;

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage, Streamed, store_streamed};
 use crate::optics::{Tank, View};
 use crate::store::{ArraySpec, Slab, SlabSource};
-use crate::volume::{Grid, ViewRenderer};
+use crate::volume::{Grid, RenderOptions, ViewRenderer};
 use ndarray::Array4;
 use serde::Serialize;
 use std::ops::Range;
@@ -23,7 +23,7 @@ pub struct Render {
 
 impl Stage for Render {
     const NAME: &'static str = "render";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn peak_bytes(&self) -> u64 {
         // A slab, and a shard being written.
@@ -53,7 +53,10 @@ impl Render {
     fn opened(&self, inputs: &Inputs) -> Result<Opened> {
         let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
         let view: View = inputs.one("camera")?.json("view")?;
-        Ok(Opened { grid: self.grid, renderer: ViewRenderer::new(&view, &self.tank, photo)? })
+        Ok(Opened {
+            grid: self.grid,
+            renderer: ViewRenderer::new(&view, &self.tank, &photo, RenderOptions::default())?,
+        })
     }
 }
 

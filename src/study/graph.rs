@@ -1,5 +1,6 @@
 //! A study's settings as a graph of nodes: what is computed from what.
 
+use super::inputs::CameraSource;
 use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
 use crate::evaluation::ScoreParams;
@@ -13,8 +14,11 @@ use crate::stages::labels::Labels;
 use crate::stages::merge::Merge;
 use crate::stages::overlay::Overlay;
 use crate::stages::photograph::Photograph;
+use crate::stages::pose::Pose;
 use crate::stages::render::Render;
 use crate::stages::rootness::Rootness;
+use crate::stages::sfm::Sfm;
+use crate::stages::sfm_mask::SfmMask;
 use crate::stages::suppress::Suppress;
 use crate::stages::undistort::Undistort;
 use crate::stages::volume::Volume;
@@ -26,7 +30,7 @@ pub struct StudyNodes {
     pub photos: Vec<String>,
     /// The photographs themselves.
     pub photo_nodes: Vec<NodeId>,
-    /// Lens and poses; of a simulated capture the true roots too.
+    /// Lens and poses.
     pub cameras: NodeId,
     /// The extracted root voxels.
     pub extract: NodeId,
@@ -72,8 +76,13 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             }
             let files: Vec<NodeId> =
                 names.iter().zip(paths).map(|(n, p)| graph.file(&format!("photo/{n}"), p)).collect();
-            let file = graph.file("cameras-file", s.input_dir.join(&s.cameras.path));
-            let cameras = graph.add("cameras", Cameras { tank: s.tank.clone() }, &[("file", &[file])]);
+            let cameras = match s.cameras.source {
+                CameraSource::File => {
+                    let file = graph.file("cameras-file", s.input_dir.join(&s.cameras.path));
+                    graph.add("cameras", Cameras { tank: s.tank.clone() }, &[("file", &[file])])
+                }
+                CameraSource::Sfm => cameras_from_photographs(graph, s, &names, &files),
+            };
             let truth = s.truth.roots.as_ref().map(|r| graph.file("truth", s.input_dir.join(r)));
             (names, files, cameras, truth)
         }
@@ -89,7 +98,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
                 &[],
             );
             let names: Vec<String> = (0..simulate.capture.views).map(|n| photo_name(&simulate.capture, n)).collect();
-            let files = (0..simulate.capture.views)
+            let files: Vec<NodeId> = (0..simulate.capture.views)
                 .map(|view| {
                     let stage = Photograph {
                         tank: s.tank.clone(),
@@ -100,7 +109,11 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
                     graph.add(&format!("photograph/{}", names[view]), stage, &[("capture", &[capture])])
                 })
                 .collect();
-            (names, files, capture, Some(capture))
+            let cameras = match s.cameras.source {
+                CameraSource::File => capture,
+                CameraSource::Sfm => cameras_from_photographs(graph, s, &names, &files),
+            };
+            (names, files, cameras, Some(capture))
         }
     };
 
@@ -144,10 +157,20 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             params: ScoreParams {
                 z_min_mm: s.truth.z_min,
                 z_max_mm: s.truth.z_max.unwrap_or(s.grid.spacing_mm * s.grid.shape[0] as f64 - 2.0),
+                free_azimuth: s.cameras.source == CameraSource::Sfm,
                 ..ScoreParams::default()
             },
         };
         graph.add("evaluate", stage, &[("roots", &[extract]), ("truth", &[truth])])
     });
     Ok(StudyNodes { photos, photo_nodes: files, cameras, extract, volume, labels, overlays, score })
+}
+
+/// The cameras found in the photographs alone.  Paper 2.2.
+fn cameras_from_photographs(graph: &mut Graph, s: &Settings, names: &[String], files: &[NodeId]) -> NodeId {
+    let mask = graph.add("sfm-mask", SfmMask { params: s.mask.clone() }, &[("photos", files)]);
+    let sfm = Sfm { photos: names.to_vec(), params: s.sfm.clone() };
+    let sparse = graph.add("sfm", sfm, &[("photos", files), ("mask", &[mask])]);
+    let pose = Pose { tank: s.tank.clone(), photos: names.to_vec(), params: s.pose.clone() };
+    graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files)])
 }

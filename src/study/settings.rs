@@ -2,9 +2,12 @@
 
 use super::document::{Document, Sources};
 use super::inputs::{Cameras, GridSection, Photos, StudySection, TankSection, Truth, find_photographs};
+use crate::calibration::RegisterParams;
+use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::optics::Tank;
 use crate::simulation::{CaptureParams, GrowthParams};
+use crate::stages::sfm::SfmParams;
 use crate::volume::Grid;
 use crate::volume::hysteresis::Hysteresis;
 use crate::volume::merge::Merge;
@@ -95,6 +98,12 @@ pub struct Settings {
     pub source: Source,
     /// `[cameras]`.
     pub cameras: Cameras,
+    /// `[mask]`, read where cameras come from the photographs.
+    pub mask: MaskParams,
+    /// `[sfm]`, read where cameras come from the photographs.
+    pub sfm: SfmParams,
+    /// `[pose]`, read where cameras come from the photographs.
+    pub pose: RegisterParams,
     /// The tank.
     pub tank: Tank,
     /// The voxels.
@@ -135,8 +144,8 @@ impl Origin {
 
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
-    "study", "simulate", "photos", "cameras", "tank", "grid", "render", "merge", "rootness", "suppress", "extract",
-    "overlay", "truth",
+    "study", "simulate", "photos", "cameras", "mask", "sfm", "pose", "tank", "grid", "render", "merge", "rootness",
+    "suppress", "extract", "overlay", "truth",
 ];
 
 impl Settings {
@@ -164,6 +173,9 @@ impl Settings {
         let simulate: Simulate = file.section("simulate");
         let photos: Photos = file.section("photos");
         let cameras: Cameras = file.section("cameras");
+        let mask: MaskParams = file.section("mask");
+        let sfm: SfmParams = file.section("sfm");
+        let pose: RegisterParams = file.section("pose");
         let tank: TankSection = file.section("tank");
         let grid: GridSection = file.section("grid");
         let render: RenderSection = file.section("render");
@@ -198,6 +210,9 @@ impl Settings {
             source,
             input_dir,
             cameras,
+            mask,
+            sfm,
+            pose,
             grid: Grid::of_tank(&tank, grid.spacing, depth_mm)?,
             tank,
             render,

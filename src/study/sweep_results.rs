@@ -132,7 +132,8 @@ impl<'a> Swept<'a> {
                 spacing_mm: grid.spacing_mm,
             });
         }
-        let scored = if tolerances.is_empty() { String::new() } else { format!(": F1 at {} mm", tolerances.join(", ")) };
+        let scored =
+            if tolerances.is_empty() { String::new() } else { format!(": F1 at {} mm", tolerances.join(", ")) };
         sheet(&format!("{}{scored}", self.study.name), &panels, self.study.fastest.min(MOST_COLUMNS))
     }
 
