@@ -6,6 +6,7 @@ pub mod folder;
 pub mod graph;
 pub mod inputs;
 pub mod lock;
+pub mod render;
 pub mod results;
 pub mod settings;
 pub mod sweep;

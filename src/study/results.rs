@@ -7,6 +7,7 @@ use super::lock;
 use super::settings::Settings;
 use crate::error::Result;
 use crate::flow::{Graph, Report};
+use crate::formats::{NamedView, cameras_json};
 use crate::report::page::Page;
 use crate::stages::extract;
 use std::collections::BTreeMap;
@@ -42,7 +43,8 @@ pub fn put_numbers(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Rep
     if let Some(score) = nodes.score {
         fresh.put(report, score, "score", &format!("{prefix}score.json"))?;
     }
-    Ok(())
+    let views: Vec<NamedView> = report.artefact(nodes.cameras)?.json("cameras")?;
+    fresh.write(&format!("{prefix}cameras.json"), cameras_json::write(&views)?.as_bytes())
 }
 
 /// Where the overlay of a photograph lies in the results.
