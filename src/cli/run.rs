@@ -20,8 +20,8 @@ use std::path::PathBuf;
 ///
 /// Examples:
 ///   rootvox run pipelines/quickstart.toml
-///   rootvox run pipelines/licorice.toml --set photos.dir=captures/plant-7 --set extract.high=0.03
-///   rootvox run pipelines/quickstart.toml --set 'sweep.extract.high=[0.01, 0.02, 0.04]' --best f1_1mm
+///   rootvox run pipelines/licorice.toml --set photos.dir=captures/plant-7 --set extract.high=1.5
+///   rootvox run pipelines/quickstart.toml --set 'sweep.extract.high=[0.8, 1.0, 1.5]' --best f1_1mm
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Run {

@@ -10,7 +10,7 @@ use clap::Args;
 /// Explain why a node would run, or would have: root cause first, old value -> new value.
 ///
 /// Example:
-///   rootvox why pipelines/quickstart.toml extract --set extract.high=0.03
+///   rootvox why pipelines/quickstart.toml extract --set extract.high=1.5
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Why {

@@ -4,6 +4,9 @@ use super::capture::{Capture, stderr};
 use super::runs::{computed, ran};
 use std::fs;
 
+const SWEEP: &str = "[sweep]\n\"rootness.gamma23, rootness.gamma12\" = [[0.5, 0.5], [1.0, 1.0]]\n\
+    \"extract.high\" = [0.8, 1.0, 1.5]\n";
+
 fn table(capture: &Capture) -> Vec<Vec<String>> {
     let text = fs::read_to_string(capture.path("results/tiny/sweep.csv")).expect("is there");
     text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
@@ -12,12 +15,7 @@ fn table(capture: &Capture) -> Vec<Vec<String>> {
 #[test]
 fn points_share_what_they_have_in_common() {
     let capture = Capture::new();
-    capture.edit(
-        "study.toml",
-        "[grid]",
-        "[truth]\nroots = \"roots.json\"\n[sweep]\n\"rootness.gamma23, rootness.gamma12\" = [[0.5, 0.5], [1.0, 1.0]]\n\
-         \"extract.high\" = [0.01, 0.02, 0.04]\n[grid]",
-    );
+    capture.edit("study.toml", "[grid]", &format!("[truth]\nroots = \"roots.json\"\n{SWEEP}[grid]"));
     let text = stderr(&mut capture.run(&[]));
     let ran = ran(&text);
     let count = |stage: &str| ran.iter().filter(|n| n.split(['/', ' ']).next() == Some(stage)).count();
@@ -31,7 +29,7 @@ fn points_share_what_they_have_in_common() {
         rows[0][..6],
         ["point", "rootness.gamma23", "rootness.gamma12", "extract.high", "f1_0.5mm", "precision_0.5mm"]
     );
-    assert_eq!(rows[5][..4], ["5", "1.0", "1.0", "0.02"]);
+    assert_eq!(rows[5][..4], ["5", "1.0", "1.0", "1.0"]);
     let voxels = |n: usize| fs::read_to_string(capture.path(&format!("results/tiny/points/{n}/root_voxels.csv")));
     assert!(voxels(1).expect("is there").len() > voxels(6).expect("is there").len());
     let sheet = fs::read_to_string(capture.path("results/tiny/contact.svg")).expect("is there");
@@ -42,11 +40,12 @@ fn points_share_what_they_have_in_common() {
     assert_eq!(computed(&text), 0, "{text}");
     assert!(text.contains("results unchanged"), "{text}");
     let best = String::from_utf8_lossy(&again.stdout).into_owned();
-    assert!(best.starts_with("point ") && best.contains("--set extract.high=0.0"), "{best}");
+    assert!(best.starts_with("point ") && best.contains("--set extract.high="), "{best}");
 
     // The best point as a study of its own has nothing left to compute but its pictures.
-    let one = stderr(&mut capture.run(&["--set", "sweep={}", "--set", "extract.high=0.02"]));
-    assert!(!one.contains("extract: "), "{one}");
+    capture.edit("study.toml", SWEEP, "");
+    let one = stderr(&mut capture.run(&["--set", "extract.high=1.5"]));
+    assert!(one.contains("volume: ") && !one.contains("extract: "), "{one}");
 }
 
 #[test]
@@ -92,7 +91,7 @@ fn studies_of_one_file_share_its_base() {
     capture.edit(
         "study.toml",
         "[grid]",
-        "[studies.strict]\nextract.high = 0.05\n[studies.loose]\nextract.high = 0.01\n[grid]",
+        "[studies.strict]\nextract.high = 1.5\n[studies.loose]\nextract.high = 0.9\n[grid]",
     );
     let text = stderr(&mut capture.run(&[]));
     let ran = ran(&text);
