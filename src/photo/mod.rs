@@ -1,6 +1,7 @@
-//! 2-D pictures: decoding, undistortion, colour, sampling.
+//! 2-D pictures: decoding, undistortion, colour, contrast against the background.
 
 pub mod colour;
+pub mod contrast;
 pub mod decode;
 pub mod gray;
 pub mod pyramid;

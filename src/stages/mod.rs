@@ -2,12 +2,15 @@
 //!
 //! To add one: a file here, a line below, a line in `study/graph.rs`.
 
+pub mod axis;
 pub mod camera;
 pub mod cameras;
 pub mod capture;
 mod colmap_run;
+pub mod contrast;
 pub mod evaluate;
 pub mod extract;
+pub mod feature;
 pub mod labels;
 pub mod lattice;
 pub mod merge;

@@ -6,11 +6,14 @@ use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
 use crate::evaluation::ScoreParams;
 use crate::flow::{Graph, NodeId};
+use crate::stages::axis::Axis;
 use crate::stages::camera::Camera;
 use crate::stages::cameras::Cameras;
 use crate::stages::capture::{Capture, photo_name};
+use crate::stages::contrast::Contrast;
 use crate::stages::evaluate::Evaluate;
 use crate::stages::extract::Extract;
+use crate::stages::feature::Feature;
 use crate::stages::labels::Labels;
 use crate::stages::lattice::Lattice;
 use crate::stages::merge::Merge;
@@ -55,6 +58,22 @@ impl StudyNodes {
         targets.extend(self.score);
         targets
     }
+}
+
+/// Adds the nodes that make of every undistorted photograph its contrast along the roots' colour axis.
+fn features(graph: &mut Graph, s: &Settings, seen: &[(&String, NodeId, NodeId)]) -> Vec<NodeId> {
+    let contrasts: Vec<NodeId> = seen
+        .iter()
+        .map(|&(name, photo, camera)| {
+            let stage = Contrast { tank: s.tank.clone(), params: s.contrast };
+            graph.add(&format!("contrast/{name}"), stage, &[("photo", &[photo]), ("camera", &[camera])])
+        })
+        .collect();
+    let axis = graph.add("axis", Axis {}, &[("contrasts", &contrasts)]);
+    let feature = |(&(name, ..), contrast): (&(&String, NodeId, NodeId), NodeId)| {
+        graph.add(&format!("feature/{name}"), Feature {}, &[("contrast", &[contrast]), ("axis", &[axis])])
+    };
+    seen.iter().zip(contrasts).map(feature).collect()
 }
 
 /// Adds the study to the graph.
@@ -116,21 +135,25 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     };
 
     let is_virtual = s.render.is_virtual(&s.grid, photos.len());
-    let mut views = Vec::new();
-    let mut overlay_inputs = Vec::new();
+    let mut seen = Vec::new();
     for (name, &photo) in photos.iter().zip(&files) {
         let camera = graph.add(&format!("camera/{name}"), Camera { photo: name.clone() }, &[("cameras", &[cameras])]);
         let undistorted =
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
-        views.push(rendered(graph, s, name, undistorted, camera, is_virtual));
-        overlay_inputs.push((name, undistorted, camera));
+        seen.push((name, undistorted, camera));
     }
+    let rendered = if s.contrast.enabled { features(graph, s, &seen) } else { seen.iter().map(|v| v.1).collect() };
+    let views: Vec<NodeId> = seen
+        .iter()
+        .zip(rendered)
+        .map(|(&(name, _, camera), photo)| rendered_view(graph, s, name, photo, camera, is_virtual))
+        .collect();
     let merged = graph.add("merge", Merge { params: s.merge.clone() }, &[("views", &views)]);
     let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
     let rootness = graph.add("rootness", rootness, &[("merged", &[merged])]);
     let ridges = graph.add("suppress", Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
     let extract = graph.add("extract", Extract { grid: s.grid, params: s.extract }, &[("ridges", &[ridges])]);
-    let overlays = overlay_inputs
+    let overlays = seen
         .into_iter()
         .map(|(name, photo, camera)| {
             graph.add(
@@ -167,7 +190,14 @@ fn cameras_from_photographs(graph: &mut Graph, s: &Settings, names: &[String], f
 }
 
 /// One view's volume, by the method of the study.
-fn rendered(graph: &mut Graph, s: &Settings, name: &str, photo: NodeId, camera: NodeId, is_virtual: bool) -> NodeId {
+fn rendered_view(
+    graph: &mut Graph,
+    s: &Settings,
+    name: &str,
+    photo: NodeId,
+    camera: NodeId,
+    is_virtual: bool,
+) -> NodeId {
     let (tank, grid, sizes) = (s.tank.clone(), s.grid, s.render.sizes());
     let label = format!("render/{name}");
     match s.render.method {

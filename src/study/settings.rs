@@ -7,6 +7,7 @@ use crate::calibration::RegisterParams;
 use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::optics::Tank;
+use crate::photo::contrast::ContrastParams;
 use crate::simulation::{CaptureParams, GrowthParams};
 use crate::stages::sfm::SfmParams;
 use crate::volume::Grid;
@@ -75,6 +76,8 @@ pub struct Settings {
     pub grid: Grid,
     /// `[render]`.
     pub render: RenderSection,
+    /// `[contrast]`.
+    pub contrast: ContrastParams,
     /// `[merge]`.
     pub merge: Merge,
     /// `[rootness]`.
@@ -91,8 +94,8 @@ pub struct Settings {
 
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
-    "study", "simulate", "photos", "cameras", "mask", "sfm", "pose", "tank", "grid", "render", "merge", "rootness",
-    "suppress", "extract", "overlay", "truth",
+    "study", "simulate", "photos", "cameras", "mask", "sfm", "pose", "tank", "grid", "render", "contrast", "merge",
+    "rootness", "suppress", "extract", "overlay", "truth",
 ];
 
 impl Settings {
@@ -120,13 +123,15 @@ impl Settings {
         let tank: TankSection = file.section("tank");
         let grid: GridSection = file.section("grid");
         let render: RenderSection = file.section("render");
+        let contrast: ContrastParams = file.section("contrast");
         let merge: Merge = file.section("merge");
         let rootness: Rootness = file.section("rootness");
         let suppress: Suppress = file.section("suppress");
         let extract: Hysteresis = file.section("extract");
         let overlay: OverlaySection = file.section("overlay");
         let truth: Truth = file.section("truth");
-        for checked in [render.check(), merge.check(), rootness.check(grid.spacing)] {
+        for checked in [render.check(), contrast.check(), merge.check(), extract.check(), rootness.check(grid.spacing)]
+        {
             if let Err(e) = checked {
                 file.refuse(e);
             }
@@ -161,6 +166,7 @@ impl Settings {
             grid: Grid::of_tank(&tank, grid.spacing, depth_mm)?,
             tank,
             render,
+            contrast,
             merge,
             rootness,
             suppress,

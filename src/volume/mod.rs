@@ -3,12 +3,14 @@
 //! From the views' volumes on, in the order of the data:
 //! [`merge`] (one colour per voxel) - [`rootness`] (gray, [`hessian`], [`sato`]) - [`suppress`] (ridges,
 //! by the 13 orientations of [`orientation`]) - [`hysteresis`] (roots among the ridges). Each works on slabs of
-//! planes with the halo it declares, and gives the same bits however the volume is cut.
+//! planes with the halo it declares, and gives the same bits however the volume is cut; hysteresis looks at all
+//! ridges, its thresholds in units of their [`level`].
 
 pub mod gaussian;
 pub mod grid;
 pub mod hessian;
 pub mod hysteresis;
+pub mod level;
 pub mod merge;
 pub mod orientation;
 pub mod patch_rbf;
