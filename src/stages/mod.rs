@@ -22,6 +22,7 @@ pub mod render_patch;
 pub mod rootness;
 pub mod sfm;
 pub mod sfm_mask;
+pub mod slices;
 pub mod suppress;
 pub mod trace;
 pub mod undistort;

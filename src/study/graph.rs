@@ -25,6 +25,7 @@ use crate::stages::render_patch::RenderPatch;
 use crate::stages::rootness::Rootness;
 use crate::stages::sfm::Sfm;
 use crate::stages::sfm_mask::SfmMask;
+use crate::stages::slices::Slices;
 use crate::stages::suppress::Suppress;
 use crate::stages::undistort::Undistort;
 use crate::stages::volume::Volume;
@@ -46,6 +47,8 @@ pub struct StudyNodes {
     pub labels: NodeId,
     /// One overlay per photograph.
     pub overlays: Vec<NodeId>,
+    /// Pictures of a slice, where the study asks for one.
+    pub slices: Option<NodeId>,
     /// The score, where the truth is known.
     pub score: Option<NodeId>,
 }
@@ -60,6 +63,7 @@ impl StudyNodes {
     pub fn targets(&self) -> Vec<NodeId> {
         let mut targets = vec![self.cameras, self.extract, self.volume, self.labels];
         targets.extend(&self.overlays);
+        targets.extend(self.slices);
         targets.extend(self.score);
         targets
     }
@@ -170,6 +174,8 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         .collect();
     let volume = graph.add("volume", Volume { grid: s.grid }, &[("merged", &[merged]), ("rootness", &[rootness])]);
     let labels = graph.add("labels", Labels { grid: s.grid }, &[("roots", &[extract])]);
+    let slices = s.report.slice.map(|depth_mm| Slices::at(depth_mm, &s.grid)).transpose()?;
+    let slices = slices.map(|stage| graph.add("slices", stage, &[("merged", &[merged]), ("rootness", &[rootness])]));
     let score = truth.map(|truth| {
         let stage = Evaluate {
             tank: s.tank.clone(),
@@ -182,7 +188,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         };
         graph.add("evaluate", stage, &[("roots", &[extract]), ("truth", &[truth])])
     });
-    Ok(StudyNodes { photos, photo_nodes: files, cameras, extract, volume, labels, overlays, score })
+    Ok(StudyNodes { photos, photo_nodes: files, cameras, extract, volume, labels, overlays, slices, score })
 }
 
 /// The cameras found in the photographs alone.  Paper 2.2.

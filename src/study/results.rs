@@ -43,6 +43,11 @@ pub fn put_numbers(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Rep
     if let Some(score) = nodes.score {
         fresh.put(report, score, "score", &format!("{prefix}score.json"))?;
     }
+    if let Some(slices) = nodes.slices {
+        for name in ["merged.png", "coverage.png", "rootness.png"] {
+            fresh.put(report, slices, name, &format!("{prefix}slices/{name}"))?;
+        }
+    }
     let views: Vec<NamedView> = report.artefact(nodes.cameras)?.json("cameras")?;
     fresh.write(&format!("{prefix}cameras.json"), cameras_json::write(&views)?.as_bytes())
 }

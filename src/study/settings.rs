@@ -44,6 +44,14 @@ impl Default for OverlaySection {
     }
 }
 
+/// `[report]`: pictures beside the numbers.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReportSection {
+    /// Depth of a horizontal slice to show, mm below the rim.
+    pub slice: Option<f64>,
+}
+
 /// Where the photographs come from.
 #[derive(Debug, Clone)]
 pub enum Source {
@@ -88,6 +96,8 @@ pub struct Settings {
     pub extract: Hysteresis,
     /// `[overlay]`.
     pub overlay: OverlaySection,
+    /// `[report]`.
+    pub report: ReportSection,
     /// `[truth]`.
     pub truth: Truth,
 }
@@ -113,7 +123,7 @@ impl Origin {
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
     "study", "simulate", "photos", "cameras", "mask", "sfm", "pose", "tank", "grid", "render", "contrast", "merge",
-    "rootness", "suppress", "extract", "overlay", "truth",
+    "rootness", "suppress", "extract", "overlay", "report", "truth",
 ];
 
 impl Settings {
@@ -153,6 +163,7 @@ impl Settings {
         let suppress: Suppress = file.section("suppress");
         let extract: Hysteresis = file.section("extract");
         let overlay: OverlaySection = file.section("overlay");
+        let report: ReportSection = file.section("report");
         let truth: Truth = file.section("truth");
         for checked in [render.check(), contrast.check(), merge.check(), extract.check(), rootness.check(grid.spacing)]
         {
@@ -192,6 +203,7 @@ impl Settings {
             suppress,
             extract,
             overlay,
+            report,
             truth,
         })
     }
