@@ -8,6 +8,7 @@ use super::lock;
 use super::settings::Settings;
 use crate::error::{Error, Result};
 use crate::flow::{Graph, NodeId, Report};
+use crate::formats::{NamedView, cameras_json};
 use crate::report::page::Page;
 use crate::stages::extract;
 use std::collections::BTreeMap;
@@ -50,6 +51,9 @@ pub fn write(
     if let Some(score) = nodes.score {
         put(score, "score", "score.json")?;
     }
+    let views: Vec<NamedView> = report.artefact(nodes.cameras)?.json("cameras")?;
+    let cameras_path = to.join("cameras.json");
+    fs::write(&cameras_path, cameras_json::write(&views)?).map_err(|e| Error::io("write", &cameras_path, e))?;
     let page = page(settings, graph, nodes, report)?;
     let page_path = to.join("report.html");
     fs::write(&page_path, page).map_err(|e| Error::io("write", &page_path, e))?;

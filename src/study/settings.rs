@@ -2,10 +2,14 @@
 
 use super::document::{Document, Sources};
 use super::inputs::{Cameras, GridSection, Photos, StudySection, TankSection, Truth, find_photographs};
+use super::render::RenderSection;
+use crate::calibration::RegisterParams;
+use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::optics::Tank;
 use crate::photo::contrast::ContrastParams;
 use crate::simulation::{CaptureParams, GrowthParams};
+use crate::stages::sfm::SfmParams;
 use crate::volume::Grid;
 use crate::volume::hysteresis::Hysteresis;
 use crate::volume::merge::Merge;
@@ -24,42 +28,6 @@ pub struct Simulate {
     pub growth: GrowthParams,
     /// How they are photographed.
     pub capture: CaptureParams,
-}
-
-/// Whether the views' volumes are kept in the store.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Keep {
-    /// As long as all views together stay under [`MOST_STORED_BYTES`].
-    #[default]
-    Auto,
-    /// Always: a changed merge reads them instead of rendering again.
-    Always,
-    /// Never: they are rendered slab by slab into the merge.
-    Never,
-}
-
-/// Views' volumes larger than this together are not stored: writing and reading them would take longer than
-/// rendering them again, and a lab's disk is finite.
-pub const MOST_STORED_BYTES: u64 = 8 << 30;
-
-/// `[render]`: the views' volumes.
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RenderSection {
-    /// auto, always or never; no result depends on it.
-    pub store: Keep,
-}
-
-impl RenderSection {
-    /// Whether `views` volumes of that grid are streamed rather than stored.
-    pub fn is_virtual(&self, grid: &Grid, views: usize) -> bool {
-        match self.store {
-            Keep::Auto => (grid.len() * views * 4) as u64 > MOST_STORED_BYTES,
-            Keep::Always => false,
-            Keep::Never => true,
-        }
-    }
 }
 
 /// `[overlay]`: the pictures of roots on photographs.
@@ -96,6 +64,12 @@ pub struct Settings {
     pub source: Source,
     /// `[cameras]`.
     pub cameras: Cameras,
+    /// `[mask]`, read where cameras come from the photographs.
+    pub mask: MaskParams,
+    /// `[sfm]`, read where cameras come from the photographs.
+    pub sfm: SfmParams,
+    /// `[pose]`, read where cameras come from the photographs.
+    pub pose: RegisterParams,
     /// The tank.
     pub tank: Tank,
     /// The voxels.
@@ -120,8 +94,8 @@ pub struct Settings {
 
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
-    "study", "simulate", "photos", "cameras", "tank", "grid", "render", "contrast", "merge", "rootness", "suppress",
-    "extract", "overlay", "truth",
+    "study", "simulate", "photos", "cameras", "mask", "sfm", "pose", "tank", "grid", "render", "contrast", "merge",
+    "rootness", "suppress", "extract", "overlay", "truth",
 ];
 
 impl Settings {
@@ -143,6 +117,9 @@ impl Settings {
         let simulate: Simulate = file.section("simulate");
         let photos: Photos = file.section("photos");
         let cameras: Cameras = file.section("cameras");
+        let mask: MaskParams = file.section("mask");
+        let sfm: SfmParams = file.section("sfm");
+        let pose: RegisterParams = file.section("pose");
         let tank: TankSection = file.section("tank");
         let grid: GridSection = file.section("grid");
         let render: RenderSection = file.section("render");
@@ -153,7 +130,8 @@ impl Settings {
         let extract: Hysteresis = file.section("extract");
         let overlay: OverlaySection = file.section("overlay");
         let truth: Truth = file.section("truth");
-        for checked in [contrast.check(), merge.check(), extract.check(), rootness.check(grid.spacing)] {
+        for checked in [render.check(), contrast.check(), merge.check(), rootness.check(grid.spacing), extract.check()]
+        {
             if let Err(e) = checked {
                 file.refuse(e);
             }
@@ -182,6 +160,9 @@ impl Settings {
             source,
             input_dir,
             cameras,
+            mask,
+            sfm,
+            pose,
             grid: Grid::of_tank(&tank, grid.spacing, depth_mm)?,
             tank,
             render,
