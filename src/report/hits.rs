@@ -27,9 +27,9 @@ pub fn hits_picture(hits: &Hits, tank: &Tank, px_per_mm: f64) -> Array3<u8> {
     let mut dot = |x_mm: f64, y_mm: f64, colour: [u8; 3]| {
         let (x, y) = ((x_mm * px_per_mm).round(), (y_mm * px_per_mm).round());
         if x >= 0.0 && y >= 0.0 {
-            for c in 0..3 {
+            for (c, value) in colour.into_iter().enumerate() {
                 if let Some(pixel) = picture.get_mut((y as usize, x as usize, c)) {
-                    *pixel = colour[c];
+                    *pixel = value;
                 }
             }
         }

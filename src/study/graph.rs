@@ -142,11 +142,11 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
         seen.push((name, undistorted, camera));
     }
-    let shown = if s.contrast.enabled { features(graph, s, &seen) } else { seen.iter().map(|v| v.1).collect() };
+    let rendered = if s.contrast.enabled { features(graph, s, &seen) } else { seen.iter().map(|v| v.1).collect() };
     let views: Vec<NodeId> = seen
         .iter()
-        .zip(shown)
-        .map(|(&(name, _, camera), photo)| rendered(graph, s, name, photo, camera, is_virtual))
+        .zip(rendered)
+        .map(|(&(name, _, camera), photo)| rendered_view(graph, s, name, photo, camera, is_virtual))
         .collect();
     let merged = graph.add("merge", Merge { params: s.merge.clone() }, &[("views", &views)]);
     let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
@@ -190,7 +190,14 @@ fn cameras_from_photographs(graph: &mut Graph, s: &Settings, names: &[String], f
 }
 
 /// One view's volume, by the method of the study.
-fn rendered(graph: &mut Graph, s: &Settings, name: &str, photo: NodeId, camera: NodeId, is_virtual: bool) -> NodeId {
+fn rendered_view(
+    graph: &mut Graph,
+    s: &Settings,
+    name: &str,
+    photo: NodeId,
+    camera: NodeId,
+    is_virtual: bool,
+) -> NodeId {
     let (tank, grid, sizes) = (s.tank.clone(), s.grid, s.render.sizes());
     let label = format!("render/{name}");
     match s.render.method {

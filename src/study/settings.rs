@@ -130,7 +130,7 @@ impl Settings {
         let extract: Hysteresis = file.section("extract");
         let overlay: OverlaySection = file.section("overlay");
         let truth: Truth = file.section("truth");
-        for checked in [render.check(), contrast.check(), merge.check(), rootness.check(grid.spacing), extract.check()]
+        for checked in [render.check(), contrast.check(), merge.check(), extract.check(), rootness.check(grid.spacing)]
         {
             if let Err(e) = checked {
                 file.refuse(e);
