@@ -21,7 +21,7 @@ fn what_a_change_does_not_touch_is_not_computed_again() {
     assert_eq!(ran(&first).iter().filter(|n| n.starts_with("render/")).count(), 6, "{first}");
     assert_eq!(computed(&stderr(&mut capture.run(&[]))), 0, "nothing changed");
 
-    let threshold = stderr(&mut capture.run(&["--set", "extract.high=0.015"]));
+    let threshold = stderr(&mut capture.run(&["--set", "extract.high=1.25"]));
     assert!(ran(&threshold).contains(&"extract"), "{threshold}");
     assert!(
         !ran(&threshold).iter().any(|n| n.starts_with("render") || *n == "suppress" || *n == "volume"),
