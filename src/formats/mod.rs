@@ -1,6 +1,7 @@
 //! Files of the outside world, one file each. Text and bytes in, values out: nobody here opens a file.
 
 pub mod cameras_json;
+pub mod gltf;
 pub mod json;
 pub mod ome_zarr;
 pub mod photograph;
