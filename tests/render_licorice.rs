@@ -3,6 +3,7 @@
 use ndarray::Axis;
 use rootvox::optics::{Tank, Vec3, View, ViewMap};
 use rootvox::photo;
+use rootvox::volume::{RenderOptions, ViewRenderer};
 use std::path::PathBuf;
 
 /// Folder of the photographed data sets; `None` where the variable is unset.
@@ -104,7 +105,7 @@ fn a_view_fills_the_water_that_it_sees() {
     let (file, view) = &views[0];
     let photograph = photo::decode(&std::fs::read(folder.join(file)).unwrap(), file).unwrap();
     let picture = photo::undistort(&photograph, &view.lens);
-    let renderer = rootvox::volume::ViewRenderer::new(view, &tank, picture).unwrap();
+    let renderer = ViewRenderer::new(view, &tank, &picture, RenderOptions::default()).unwrap();
     let grid = rootvox::volume::Grid::of_tank(&tank, 1.0, 180.0).unwrap();
     let mut out = ndarray::Array4::<u8>::zeros((180, 171, 171, 4));
     let start = std::time::Instant::now();

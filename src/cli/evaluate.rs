@@ -2,9 +2,10 @@
 
 use super::score_table::table;
 use crate::error::{Error, Result};
-use crate::evaluation::{Found, ScoreParams, score};
+use crate::evaluation::{CameraErrors, Found, ScoreParams, camera_errors, detail, score};
 use crate::formats::points_csv::{self, Points};
-use crate::formats::{roots_json, tank_json};
+use crate::formats::{NamedView, cameras_json, roots_json, tank_json};
+use crate::optics::{Tank, View};
 use clap::Args;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -66,13 +67,48 @@ impl Evaluate {
             Points::Lines(lines) => Found::Lines(lines),
         };
         let score = score(&roots, &tank, found, &params)?;
+        let detail = detail(&roots, &tank, found, &params, score.turned_deg)?;
+        let cameras = self.camera_errors(&tank)?;
         if self.json {
-            let json = serde_json::to_string_pretty(&score).map_err(|e| Error::failed(format!("score: {e}")))?;
-            println!("{json}");
-        } else {
-            println!("{}", table(&score));
+            let all = serde_json::json!({ "score": score, "detail": detail, "cameras": cameras });
+            println!("{all:#}");
+            return Ok(());
+        }
+        println!("{}", table(&score));
+        if let Some(d) = detail.hausdorff95_mm {
+            println!("95 % of all distances are within {d:.2} mm");
+        }
+        if let Some(c) = cameras {
+            println!(
+                "cameras: {} views; axis tilted by {:.3}°, off by {:.3} mm; height {:+.3} mm; scale {:+.4} %; \
+                 points in the water {:.3} px rms",
+                c.views,
+                c.axis_tilt_deg,
+                c.axis_offset_mm,
+                c.height_mm,
+                c.scale * 100.0,
+                c.water_rms_px
+            );
         }
         Ok(())
+    }
+
+    /// Errors of the cameras, where both the result and the truth have a cameras.json.
+    fn camera_errors(&self, tank: &Tank) -> Result<Option<CameraErrors>> {
+        let read = |folder: &Path| -> Result<Option<Vec<NamedView>>> {
+            let path = folder.join("cameras.json");
+            if !path.is_file() {
+                return Ok(None);
+            }
+            cameras_json::parse(&path.display().to_string(), &text(&path)?).map(Some)
+        };
+        let (Some(truth), Some(found)) = (read(&self.truth)?, read(&self.result)?) else { return Ok(None) };
+        let name = |v: &NamedView| v.file.rsplit('/').next().unwrap_or_default().to_owned();
+        let pairs: Vec<(View, View)> = truth
+            .iter()
+            .filter_map(|t| Some((t.view.clone(), found.iter().find(|f| name(f) == name(t))?.view.clone())))
+            .collect();
+        camera_errors(&pairs, tank, tank).map(Some)
     }
 }
 

@@ -92,7 +92,8 @@ impl Slice {
         display.finish();
         let inputs =
             Inputs::new([("photo", vec![report.artefact(photo)?]), ("camera", vec![report.artefact(camera)?])]);
-        let slab = Render { tank: settings.tank, grid }.planes(&inputs, plane as usize..plane as usize + 1)?;
+        let render = Render { tank: settings.tank, grid, options: settings.render.options() };
+        let slab = render.planes(&inputs)?.get(plane as usize..plane as usize + 1);
         let rgb = slab.index_axis(Axis(0), 0).slice(s![.., .., ..3]).to_owned();
         std::fs::write(&self.out, picture::png(rgb.view())?).map_err(|e| Error::io("write", &self.out, e))?;
         eprintln!("slice written: {}", self.out.display());

@@ -58,7 +58,7 @@ impl Run {
         }
         let state = if written { "written" } else { "unchanged" };
         eprintln!("results {state}: {}", path.display());
-        eprintln!("look at: {}", path.join("overlays").display());
+        eprintln!("look at: {}", path.join("report.html").display());
         Ok(())
     }
 }

@@ -54,7 +54,8 @@ impl Simulate {
         let store = Store::open(&self.store.cache)?;
         let display = Display::new(&graph);
         let mut targets = nodes.photo_nodes.clone();
-        targets.push(nodes.cameras);
+        let capture = graph.find("capture")?;
+        targets.push(capture);
         let report = Engine::new(&store)
             .threads(self.machine.threads())
             .memory_bytes(self.machine.memory_bytes())
@@ -72,7 +73,7 @@ impl Simulate {
             let to = images.join(name);
             fs::copy(report.artefact(node)?.path("file")?, &to).map_err(|e| Error::io("write", &to, e))?;
         }
-        let capture = report.artefact(nodes.cameras)?;
+        let capture = report.artefact(capture)?;
         let views: Vec<NamedView> = capture.json("cameras")?;
         let put = |name: &str, text: String| {
             let to = fresh.path().join(name);

@@ -13,6 +13,8 @@ pub enum Found<'a> {
     Points(&'a [[f64; 3]]),
     /// One polyline per root, mm; resampled.
     Lines(&'a [Vec<[f64; 3]>]),
+    /// Roots; their centrelines are resampled.
+    Roots(&'a [Root]),
 }
 
 impl Found<'_> {
@@ -21,6 +23,7 @@ impl Found<'_> {
         match self {
             Self::Points(points) => points.to_vec(),
             Self::Lines(lines) => lines.iter().flat_map(|line| resample(line)).collect(),
+            Self::Roots(roots) => sampled(roots),
         }
     }
 }
@@ -80,6 +83,18 @@ pub(super) fn resample_with(line: &[[f64; 3]], step: f64) -> Vec<([f64; 3], usiz
             (p, segment, f)
         })
         .collect()
+}
+
+/// All centrelines of a root system as points with their radii, mm.
+pub(super) fn sampled_with_radii(roots: &[Root]) -> Vec<([f64; 3], f64)> {
+    let of_root = |root: &Root| -> Vec<([f64; 3], f64)> {
+        let radius = |i: usize| root.radii_mm[i.min(root.radii_mm.len() - 1)];
+        resample_with(&root.points_mm, STEP_MM)
+            .into_iter()
+            .map(|(p, i, f)| (p, radius(i) + f * (radius(i + 1) - radius(i))))
+            .collect()
+    };
+    roots.iter().filter(|r| !r.radii_mm.is_empty()).flat_map(of_root).collect()
 }
 
 /// All centrelines of a root system as points.

@@ -145,7 +145,7 @@ pub fn score(truth: &[Root], tank: &Tank, found: Found<'_>, params: &ScoreParams
     let near: Vec<f64> = to_truth.iter().copied().filter(|&d| d <= 2.0).collect();
     let rms_mm = (!near.is_empty()).then(|| (near.iter().map(|d| d * d).sum::<f64>() / near.len() as f64).sqrt());
     let length_bias = match found {
-        Found::Lines(_) => Some(inside.len() as f64 / true_inside.len() as f64 - 1.0),
+        Found::Lines(_) | Found::Roots(_) => Some(inside.len() as f64 / true_inside.len() as f64 - 1.0),
         Found::Points(_) => None,
     };
     Ok(Score {

@@ -98,8 +98,11 @@ impl fmt::Display for Change {
 pub(super) struct Now {
     pub(super) version: u32,
     pub(super) params: Value,
-    pub(super) ports: Vec<(String, Vec<(String, Option<Digest>)>)>,
+    pub(super) ports: Vec<(String, Vec<Upstream>)>,
 }
+
+/// Label of an upstream node and its digest where that is known.
+type Upstream = (String, Option<Digest>);
 
 impl Now {
     /// Node `n` of `graph`; `None` for a file.
@@ -150,7 +153,7 @@ fn compare_params(name: &str, before: &Value, now: &Value, changes: &mut Vec<Cha
     }
 }
 
-fn compare_inputs(port: &str, before: &[InputRecord], now: &[(String, Option<Digest>)], changes: &mut Vec<Change>) {
+fn compare_inputs(port: &str, before: &[InputRecord], now: &[Upstream], changes: &mut Vec<Change>) {
     let port = port.to_owned();
     let old: BTreeMap<&str, Digest> = before.iter().map(|record| (record.node.as_str(), record.digest)).collect();
     // Labels may differ between studies: the same values under another label are the same input.
@@ -175,7 +178,7 @@ fn compare_inputs(port: &str, before: &[InputRecord], now: &[(String, Option<Dig
             changes.push(Change::InputRemoved { port: port.clone(), node: record.node.clone() });
         }
     }
-    let same = |(record, (_, digest)): (&InputRecord, &(String, Option<Digest>))| Some(record.digest) == *digest;
+    let same = |(record, (_, digest)): (&InputRecord, &Upstream)| Some(record.digest) == *digest;
     if changes.len() == begun && !before.iter().zip(now).all(same) {
         changes.push(Change::Reordered { port });
     }

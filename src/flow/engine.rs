@@ -12,13 +12,16 @@ use super::event::Event;
 use super::graph::{Graph, Kind, NodeId};
 use super::plan::{self, Plan, Step};
 use super::run::{self, Job, Outcome};
-use super::schedule::{Schedule, Want};
+use super::schedule::{Schedule, Taken, Want};
 use super::stage::Progress;
 use crate::error::{Error, Result};
 use crate::store::{Artefact, Digest, Key, Manifest, Store};
 
 /// How often progress is reported.
 const TICK: Duration = Duration::from_millis(100);
+
+/// How often workers look whether other processes are done.
+const PATIENCE: Duration = Duration::from_millis(20);
 
 /// Runs graphs over a store.
 pub struct Engine<'a> {
@@ -130,20 +133,23 @@ impl<'a> Engine<'a> {
     fn work(&self, graph: &Graph, shared: &Shared<'_>) {
         loop {
             let mut state = shared.lock();
-            let (job, bytes) = loop {
+            let (job, bytes, held) = loop {
                 if self.cancel.load(Ordering::Relaxed) {
                     state.schedule.ready.clear();
                 }
                 let idle = state.running.is_empty();
                 let free = self.memory_bytes.saturating_sub(state.bytes);
-                if let Some((n, bytes)) = state.schedule.take(free, idle) {
-                    break (self.job(graph, &state, n), bytes);
+                match state.schedule.take(free, idle) {
+                    Taken::Node { n, bytes, held } => break (self.job(graph, &state, n), bytes, held),
+                    Taken::AllBusy => {
+                        state = shared.turn.wait_timeout(state, PATIENCE).unwrap_or_else(PoisonError::into_inner).0;
+                    }
+                    Taken::Nothing if idle && state.schedule.ready.is_empty() => {
+                        shared.turn.notify_all();
+                        return;
+                    }
+                    Taken::Nothing => state = shared.turn.wait(state).unwrap_or_else(PoisonError::into_inner),
                 }
-                if idle && state.schedule.ready.is_empty() {
-                    shared.turn.notify_all();
-                    return;
-                }
-                state = shared.turn.wait(state).unwrap_or_else(PoisonError::into_inner);
             };
             let n = job.node;
             state.bytes += bytes;
@@ -151,15 +157,12 @@ impl<'a> Engine<'a> {
             shared.turn.notify_all();
             drop(state);
 
-            let waiting = || {
-                let _state = shared.lock();
-                (self.on_event)(&Event::Waiting { node: NodeId(n) });
-            };
             let started = |why: Vec<Change>| {
                 let _state = shared.lock();
                 (self.on_event)(&Event::Started { node: NodeId(n), why });
             };
-            let outcome = run::run(graph, self.store, &job, &self.cancel, &waiting, &started);
+            let outcome = run::run(graph, self.store, &job, &started);
+            drop(held);
 
             let mut state = shared.lock();
             state.bytes -= bytes;

@@ -1,20 +1,16 @@
-//! Running one node: claim, inputs, stage, publication.
+//! Running one node: inputs, stage, publication.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::change::{Change, Now, nearest};
 use super::graph::{Graph, Kind};
 use super::key::key;
 use super::stage::{Inputs, Progress, Work};
 use crate::error::{Error, Result};
-use crate::store::{Artefact, Claim, Digest, FORMAT, InputRecord, Key, Manifest, Store, VirtualArtefact, digest_of};
-
-/// How often a waiting node looks whether the other process is done.
-const PATIENCE: Duration = Duration::from_millis(20);
+use crate::store::{Artefact, Digest, FORMAT, InputRecord, Key, Manifest, Store, VirtualArtefact, digest_of};
 
 /// A node about to run, with everything it needs copied out of the schedule.
 pub(super) struct Job {
@@ -35,37 +31,15 @@ pub(super) enum Outcome {
     Ran { manifest: Manifest, same_output: bool, learned: Vec<(usize, Manifest)> },
 }
 
-/// Runs `job`; `waiting` is called once if another process is at it, `started` when the stage begins.
-pub(super) fn run(
-    graph: &Graph,
-    store: &Store,
-    job: &Job,
-    cancel: &AtomicBool,
-    waiting: &dyn Fn(),
-    started: &dyn Fn(Vec<Change>),
-) -> Result<Outcome> {
+/// Runs `job`; `started` is called when the stage begins.
+pub(super) fn run(graph: &Graph, store: &Store, job: &Job, started: &dyn Fn(Vec<Change>)) -> Result<Outcome> {
     let Kind::Stage { work, .. } = &graph.nodes[job.node].kind else {
         return Err(Error::failed("a file cannot be run"));
     };
-    let mut held = None;
-    if let Some(key) = job.key {
-        let mut waited = false;
-        while held.is_none() {
-            match store.claim(key)? {
-                Claim::Ours(claim) => held = Some(claim),
-                Claim::Busy if cancel.load(Ordering::Relaxed) => return Err(Error::interrupted()),
-                Claim::Busy => {
-                    if !waited {
-                        waiting();
-                    }
-                    waited = true;
-                    std::thread::sleep(PATIENCE);
-                }
-            }
-        }
-        if let Some(manifest) = store.lookup(work.name(), key)?.filter(|manifest| !manifest.is_virtual) {
-            return Ok(Outcome::Found(manifest));
-        }
+    if let Some(key) = job.key
+        && let Some(manifest) = store.lookup(work.name(), key)?.filter(|manifest| !manifest.is_virtual)
+    {
+        return Ok(Outcome::Found(manifest)); // Another process published it before we could claim it.
     }
     let now = Now::of(graph, job.node, &|input| job.upstream.get(&input).and_then(|(_, digest)| *digest));
     started(
@@ -120,7 +94,6 @@ pub(super) fn run(
             .warnings
             .push("another run of the same work gave other values: this stage is not deterministic".into());
     }
-    drop(held);
     Ok(Outcome::Ran { manifest, same_output, learned })
 }
 

@@ -9,7 +9,7 @@ use super::event::Event;
 use super::graph::{Graph, Kind, NodeId};
 use super::key::key;
 use crate::error::{Error, Result};
-use crate::store::{Artefact, Digest, Key, Manifest, Store};
+use crate::store::{Artefact, Claim, Digest, Held, Key, Manifest, Store};
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Want {
@@ -37,8 +37,20 @@ pub(super) struct Slot {
     pub(super) artefact: Option<Artefact>,
     pub(super) manifest: Option<Manifest>,
     pub(super) ran: bool,
+    /// Another process was found to be at it.
+    waiting: bool,
     /// Consumers know that this virtual node can be read.
     announced: bool,
+}
+
+/// The answer to a worker that asks for a node.
+pub(super) enum Taken {
+    /// This one, which may hold so many bytes, claimed where its key is known.
+    Node { n: usize, bytes: u64, held: Option<Held> },
+    /// What is ready is being computed by other processes.
+    AllBusy,
+    /// Nothing is ready.
+    Nothing,
 }
 
 /// The nodes of a run and what is known of them.
@@ -72,6 +84,7 @@ impl<'a> Schedule<'a> {
             artefact: None,
             manifest: None,
             ran: false,
+            waiting: false,
             announced: false,
         };
         let slots = graph.nodes.iter().map(|_| slot()).collect();
@@ -246,20 +259,31 @@ impl<'a> Schedule<'a> {
         Ok(key(work.name(), work.version(), params, &ports))
     }
 
-    /// Takes a ready node that fits into `free` bytes, or any if nothing is running.
-    pub(super) fn take(&mut self, free: u64, idle: bool) -> Option<(usize, u64)> {
-        let fits = |n: &usize| {
-            let Kind::Stage { work, .. } = &self.graph.nodes[*n].kind else { return false };
-            let key = self.slots[*n].key;
-            (idle || work.peak_bytes() <= free) && key.is_none_or(|key| !self.in_work.contains_key(&key))
-        };
-        let n = self.ready.iter().copied().find(fits)?;
-        let Kind::Stage { work, .. } = &self.graph.nodes[n].kind else { return None };
-        self.ready.remove(&n);
-        self.slots[n].phase = Phase::Running;
-        if let Some(key) = self.slots[n].key {
-            self.in_work.insert(key, n);
+    /// Takes a ready node that fits into `free` bytes, or any if nothing is running, and that no other process is at.
+    pub(super) fn take(&mut self, free: u64, idle: bool) -> Taken {
+        let mut busy = false;
+        for n in self.ready.iter().copied().collect::<Vec<_>>() {
+            let Kind::Stage { work, .. } = &self.graph.nodes[n].kind else { continue };
+            let (key, bytes) = (self.slots[n].key, work.peak_bytes());
+            if !(idle || bytes <= free) || key.is_some_and(|key| self.in_work.contains_key(&key)) {
+                continue;
+            }
+            let held = match key.map(|key| self.store.claim(key)) {
+                None => None,
+                Some(Claim::Ours(held)) => Some(held),
+                Some(Claim::Busy) => {
+                    busy = true;
+                    if !std::mem::replace(&mut self.slots[n].waiting, true) {
+                        (self.emit)(&Event::Waiting { node: NodeId(n) });
+                    }
+                    continue;
+                }
+            };
+            self.ready.remove(&n);
+            self.slots[n].phase = Phase::Running;
+            self.in_work.extend(key.map(|key| (key, n)));
+            return Taken::Node { n, bytes, held };
         }
-        Some((n, work.peak_bytes()))
+        if busy { Taken::AllBusy } else { Taken::Nothing }
     }
 }

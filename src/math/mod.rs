@@ -1,3 +1,6 @@
 //! Textbook numerics that no kept crate offers.
 
 pub mod eigen3;
+pub mod robust;
+
+pub use robust::Loss;

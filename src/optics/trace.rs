@@ -52,7 +52,7 @@ pub fn refract(direction: &Vec3, normal: &Vec3, n_from: f64, n_to: f64) -> Optio
 
 /// Outward unit normal of a cylinder about the z axis at a point of its surface.
 pub fn cylinder_normal(point_mm: &Vec3) -> Vec3 {
-    let rho = point_mm.x.hypot(point_mm.y);
+    let rho = (point_mm.x * point_mm.x + point_mm.y * point_mm.y).sqrt();
     Vec3::new(point_mm.x / rho, point_mm.y / rho, 0.0)
 }
 

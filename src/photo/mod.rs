@@ -1,10 +1,15 @@
-//! 2-D pictures: decoding, undistortion, colour, sampling.
+//! 2-D pictures: decoding, undistortion, colour, contrast against the background.
 
 pub mod colour;
+pub mod contrast;
 pub mod decode;
+pub mod gray;
+pub mod pyramid;
 pub mod undistort;
 
 pub use decode::decode;
+pub use gray::gray;
+pub use pyramid::Pyramid;
 pub use undistort::undistort;
 
 /// A photograph: (y, x, rgb), 8 bits as encoded (sRGB).

@@ -42,14 +42,15 @@ impl BeltPrint {
         Self { cell_mm, columns, rows, black: field.iter().map(|&x| x < median).collect() }
     }
 
-    /// Whether a cell is black; columns wrap around.
+    /// Whether a cell is black; columns run to the right as seen from outside and wrap around.
     pub fn is_black(&self, row: usize, column: usize) -> bool {
         self.black[row.min(self.rows - 1) * self.columns + column % self.columns]
     }
 
     /// Whether the print is black at that azimuth (radians) and that far below the belt's upper edge.
     pub fn is_black_at(&self, azimuth: f64, below_edge_mm: f64) -> bool {
-        let turns = (azimuth / std::f64::consts::TAU).rem_euclid(1.0);
+        // z points down: seen from outside, azimuth grows to the left, columns to the right.
+        let turns = (-azimuth / std::f64::consts::TAU).rem_euclid(1.0);
         let column = (turns * self.columns as f64) as usize;
         self.is_black((below_edge_mm / self.cell_mm).max(0.0) as usize, column)
     }

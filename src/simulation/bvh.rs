@@ -11,6 +11,8 @@ use crate::roots::Root;
 
 /// Segments per leaf of the tree.
 const LEAF: usize = 4;
+/// A chain of segments within this of a straight one is made one, mm: a hundredth of a pixel of a usual capture.
+const STRAIGHT_MM: f64 = 0.005;
 
 /// One segment of a root.
 #[derive(Debug, Clone, Copy)]
@@ -49,34 +51,43 @@ pub struct Hit {
 pub struct Tubes {
     nodes: Vec<Node>,
     tubes: Vec<Tube>,
-    /// Reach beyond the surface within which a ray counts as passing near, mm.
-    reach_mm: f64,
 }
 
 impl Tubes {
-    /// Builds the tree; rays that pass within `reach_mm` of a surface are reported as near.
-    pub fn new(roots: &[Root], reach_mm: f64) -> Self {
+    /// Builds the tree.
+    pub fn new(roots: &[Root]) -> Self {
         let mut tubes = Vec::new();
         for (k, root) in roots.iter().enumerate() {
-            for i in 1..root.points_mm.len() {
-                let from = Vec3::from(root.points_mm[i - 1]);
-                let along = Vec3::from(root.points_mm[i]) - from;
+            let mut start = 0;
+            while start + 1 < root.points_mm.len() {
+                let end = straight_to(root, start);
+                let from = Vec3::from(root.points_mm[start]);
+                let along = Vec3::from(root.points_mm[end]) - from;
                 if along.norm_squared() > 0.0 {
-                    let radius = [root.radii_mm[i - 1], root.radii_mm[i]];
+                    let radius = [root.radii_mm[start], root.radii_mm[end]];
                     tubes.push(Tube { from, along, radius, root: k as u32 });
                 }
+                start = end;
             }
         }
         let mut nodes = Vec::new();
         if !tubes.is_empty() {
             let count = tubes.len();
-            build(&mut nodes, &mut tubes, 0, count, reach_mm);
+            build(&mut nodes, &mut tubes, 0, count);
         }
-        Self { nodes, tubes, reach_mm }
+        Self { nodes, tubes }
     }
 
-    /// The first surface within `limit_mm`, and whether the ray passed near one before it.
-    pub fn first_hit(&self, origin: &Vec3, direction: &Vec3, limit_mm: f64, near: &mut bool) -> Option<Hit> {
+    /// The first surface within `limit_mm`; `near` is set where the ray meets a surface or passes one within
+    /// `reach_mm` on its way there.
+    pub fn first_hit(
+        &self,
+        origin: &Vec3,
+        direction: &Vec3,
+        limit_mm: f64,
+        reach_mm: f64,
+        near: &mut bool,
+    ) -> Option<Hit> {
         if self.nodes.is_empty() {
             return None;
         }
@@ -89,12 +100,12 @@ impl Tubes {
             top -= 1;
             let index = stack[top];
             let node = &self.nodes[index as usize];
-            if !meets(node, origin, &slopes, best) {
+            if !meets(node, origin, &slopes, best, reach_mm) {
                 continue;
             }
             if node.count > 0 {
                 for tube in &self.tubes[node.start as usize..(node.start + node.count) as usize] {
-                    if let Some((t, normal)) = tube.hit(origin, direction, self.reach_mm, best, near) {
+                    if let Some((t, normal)) = tube.hit(origin, direction, reach_mm, best, near) {
                         best = t;
                         hit = Some(Hit { t_mm: t, normal, root: tube.root as usize });
                     }
@@ -112,24 +123,55 @@ impl Tubes {
     }
 }
 
-/// Slab test of a node's box against the ray up to `limit`.
+/// Slab test of a node's box, widened by `reach`, against the ray up to `limit`.
 #[inline]
-fn meets(node: &Node, origin: &Vec3, slopes: &[f64; 3], limit: f64) -> bool {
+fn meets(node: &Node, origin: &Vec3, slopes: &[f64; 3], limit: f64, reach: f64) -> bool {
+    // Plain comparisons: the NaN of a ray within a slab's plane falls through to "meets".
     let (mut enter, mut leave) = (0.0f64, limit);
     for k in 0..3 {
-        let a = (node.low[k] - origin[k]) * slopes[k];
-        let b = (node.high[k] - origin[k]) * slopes[k];
-        enter = enter.max(a.min(b));
-        leave = leave.min(a.max(b));
+        let a = (node.low[k] - reach - origin[k]) * slopes[k];
+        let b = (node.high[k] + reach - origin[k]) * slopes[k];
+        let (first, last) = if a < b { (a, b) } else { (b, a) };
+        if first > enter {
+            enter = first;
+        }
+        if last < leave {
+            leave = last;
+        }
     }
     enter <= leave
 }
 
-fn build(nodes: &mut Vec<Node>, tubes: &mut [Tube], start: usize, count: usize, reach: f64) {
+/// Last point up to which the root is straight from point `start` on: within [`STRAIGHT_MM`] of the chord, the radius
+/// too.
+fn straight_to(root: &Root, start: usize) -> usize {
+    let from = Vec3::from(root.points_mm[start]);
+    let mut end = start + 1;
+    while end + 1 < root.points_mm.len() && end - start < 8 {
+        let along = Vec3::from(root.points_mm[end + 1]) - from;
+        let squared = along.norm_squared();
+        let straight = squared > 0.0
+            && (start + 1..=end).all(|i| {
+                let w = Vec3::from(root.points_mm[i]) - from;
+                let s = w.dot(&along) / squared;
+                let r = root.radii_mm[start] + (root.radii_mm[end + 1] - root.radii_mm[start]) * s;
+                (0.0..=1.0).contains(&s)
+                    && (w - along * s).norm() <= STRAIGHT_MM
+                    && (r - root.radii_mm[i]).abs() <= STRAIGHT_MM
+            });
+        if !straight {
+            break;
+        }
+        end += 1;
+    }
+    end
+}
+
+fn build(nodes: &mut Vec<Node>, tubes: &mut [Tube], start: usize, count: usize) {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     let (mut low_middle, mut high_middle) = (low, high);
     for tube in tubes.iter() {
-        let margin = tube.radius[0].max(tube.radius[1]) + reach;
+        let margin = tube.radius[0].max(tube.radius[1]);
         let to = tube.from + tube.along;
         for k in 0..3 {
             low[k] = low[k].min(tube.from[k].min(to[k]) - margin);
@@ -154,10 +196,10 @@ fn build(nodes: &mut Vec<Node>, tubes: &mut [Tube], start: usize, count: usize, 
     tubes.sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)));
     let half = count / 2;
     let (left, right) = tubes.split_at_mut(half);
-    build(nodes, left, start, half, reach);
+    build(nodes, left, start, half);
     nodes[here].start = nodes.len() as u32;
     nodes[here].count = 0;
-    build(nodes, right, start + half, count - half, reach);
+    build(nodes, right, start + half, count - half);
 }
 
 impl Tube {
@@ -245,7 +287,7 @@ mod tests {
 
     #[test]
     fn the_tree_finds_what_a_search_of_all_segments_finds() {
-        let tubes = Tubes::new(&random_roots(60), 0.3);
+        let tubes = Tubes::new(&random_roots(60));
         let mut hits = 0;
         for i in 0..3000u64 {
             let value = |j: u64| noise::uniform(noise::hash(5, &[i, j])) * 2.0 - 1.0;
@@ -253,7 +295,7 @@ mod tests {
             let aim = Vec3::new(15.0 * value(3), 15.0 * value(4), 15.0 * value(5));
             let direction = (aim - origin).normalize();
             let (mut near, mut near_slow) = (false, false);
-            let fast = tubes.first_hit(&origin, &direction, 100.0, &mut near);
+            let fast = tubes.first_hit(&origin, &direction, 100.0, 0.3, &mut near);
             let mut best = 100.0;
             let mut slow = None;
             for tube in &tubes.tubes {
@@ -280,15 +322,15 @@ mod tests {
             points_mm: vec![[0.0, 0.0, 0.0], [0.0, 0.0, 10.0]],
             radii_mm: vec![1.0, 1.0],
         };
-        let tubes = Tubes::new(&[root], 0.1);
+        let tubes = Tubes::new(&[root]);
         let mut near = false;
-        let side = tubes.first_hit(&Vec3::new(5.0, 0.5, 4.0), &-Vec3::x(), 100.0, &mut near).unwrap();
+        let side = tubes.first_hit(&Vec3::new(5.0, 0.5, 4.0), &-Vec3::x(), 100.0, 0.1, &mut near).unwrap();
         assert!((side.t_mm - (5.0 - 0.75f64.sqrt())).abs() < 1e-12 && near);
-        let end = tubes.first_hit(&Vec3::new(0.0, 0.0, -5.0), &Vec3::z(), 100.0, &mut near).unwrap();
+        let end = tubes.first_hit(&Vec3::new(0.0, 0.0, -5.0), &Vec3::z(), 100.0, 0.1, &mut near).unwrap();
         assert!((end.t_mm - 4.0).abs() < 1e-12 && (end.normal + Vec3::z()).norm() < 1e-12);
         let mut near = false;
-        assert!(tubes.first_hit(&Vec3::new(5.0, 1.05, 4.0), &-Vec3::x(), 100.0, &mut near).is_none() && near);
+        assert!(tubes.first_hit(&Vec3::new(5.0, 1.05, 4.0), &-Vec3::x(), 100.0, 0.1, &mut near).is_none() && near);
         let mut near = false;
-        assert!(tubes.first_hit(&Vec3::new(5.0, 1.2, 4.0), &-Vec3::x(), 100.0, &mut near).is_none() && !near);
+        assert!(tubes.first_hit(&Vec3::new(5.0, 1.2, 4.0), &-Vec3::x(), 100.0, 0.1, &mut near).is_none() && !near);
     }
 }

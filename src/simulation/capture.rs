@@ -65,6 +65,9 @@ pub struct CaptureParams {
     pub background_variation: f64,
     /// Brightness of the lamps' glow that the front wall mirrors into the pictures as a veil, linear light, 0 for none.
     pub lamp_level: f64,
+    /// Brightness of the room behind the camera, over that of the room's colour, linear light: walls mirror it as a veil
+    /// before which mirrored roots look dark.
+    pub front_level: f64,
     /// Direction towards the lamps as the camera sees it: right, away from the camera, down; any length.
     pub lamp_direction: [f64; 3],
     /// Share of the light on a root that comes from all around, 0..1; the rest comes from the lamps.
@@ -83,6 +86,20 @@ pub struct CaptureParams {
     pub noise_sigma: f64,
     /// Blur of the picture, standard deviation, px at 968 px picture width (scales with the width).
     pub blur_px: f64,
+    /// Greatest displacement of swaying roots, mm.
+    pub sway_mm: f64,
+    /// Views in which the roots sway, counted from 0; none given: all.
+    pub sway_views: Vec<usize>,
+    /// Number of specks of dirt on the outer wall.
+    pub dirt: usize,
+    /// Mean radius of a speck, mm, at most 3.
+    pub dirt_mm: f64,
+    /// Number of air bubbles on the inner wall.
+    pub bubbles: usize,
+    /// Mean radius of a bubble, mm, at most 3.
+    pub bubble_mm: f64,
+    /// A green stem above the crown.
+    pub stem: bool,
     /// Drift of the exposure: standard deviation of the log of each picture's gain.
     pub exposure_drift: f64,
     /// File format of the photographs.
@@ -114,8 +131,9 @@ impl Default for CaptureParams {
             background_rgb: [0.22, 0.235, 0.255],
             background_variation: 0.25,
             lamp_level: 0.6,
+            front_level: 0.35,
             lamp_direction: [-0.5, -0.6, -0.6],
-            ambient: 0.35,
+            ambient: 0.25,
             water_loss_per_mm: [0.0005, 0.0002, 0.0002],
             reflections: true,
             floor_rgb: [0.2, 0.2, 0.22],
@@ -123,6 +141,13 @@ impl Default for CaptureParams {
             table_radii: 1.5,
             noise_sigma: 2.0,
             blur_px: 0.0,
+            sway_mm: 0.0,
+            sway_views: Vec::new(),
+            dirt: 0,
+            dirt_mm: 0.6,
+            bubbles: 0,
+            bubble_mm: 0.6,
+            stem: true,
             exposure_drift: 0.0,
             format: PictureFormat::Jpeg,
             jpeg_quality: 95,
@@ -160,13 +185,27 @@ impl CaptureParams {
             ("distance_mm", self.distance_mm),
             ("background_variation", self.background_variation),
             ("lamp_level", self.lamp_level),
+            ("front_level", self.front_level),
             ("table_radii", self.table_radii),
             ("noise_sigma", self.noise_sigma),
             ("blur_px", self.blur_px),
             ("exposure_drift", self.exposure_drift),
+            ("sway_mm", self.sway_mm),
         ] {
             need(x.is_finite() && x >= 0.0, key, &x, "give a number of at least 0");
         }
+        for (key, x) in [("dirt_mm", self.dirt_mm), ("bubble_mm", self.bubble_mm)] {
+            need(x > 0.0 && x <= 3.0, key, &x, "give a radius over 0 and at most 3 mm");
+        }
+        for (key, n) in [("dirt", self.dirt), ("bubbles", self.bubbles)] {
+            need(n <= 1_000_000, key, &n, "give at most 1000000");
+        }
+        need(
+            self.sway_views.iter().all(|&v| v < self.views),
+            "sway_views",
+            &format!("{:?}", self.sway_views),
+            "views are counted from 0 and there are `views` of them",
+        );
         for (key, x) in [("ambient", self.ambient), ("root_variation", self.root_variation)] {
             need((0.0..=1.0).contains(&x), key, &x, "give a share, 0 to 1");
         }

@@ -13,13 +13,17 @@ mod belt;
 mod bvh;
 mod capture;
 mod growth;
+mod marks;
+mod misjudge;
 mod noise;
 mod photograph;
 mod room;
 mod scene;
+mod sway;
 mod walk;
 
 pub use belt::BeltPrint;
 pub use capture::{CaptureParams, PictureFormat, capture};
-pub use growth::{GrowthParams, LateralParams, MainParams, grow};
+pub use growth::{GrowthParams, LateralParams, MainParams, Preset, grow};
+pub use misjudge::misjudged;
 pub use scene::Scene;

@@ -5,6 +5,7 @@
 //! `supersampling`² points. Both are a box over the pixel's area. Bands of rows are computed in parallel;
 //! every number depends on its own pixel alone.
 
+use super::bvh::Tubes;
 use super::noise::{hash, normal_pair};
 use super::room::Stand;
 use super::scene::Scene;
@@ -28,9 +29,10 @@ impl Scene {
     pub fn photograph(&self, view: usize, progress: &(dyn Fn(u64) + Sync)) -> Array3<u8> {
         let lens = &self.views[view].lens;
         let (width, height) = (lens.width, lens.height);
+        let tubes = self.tubes(view);
         let mut light = vec![0f32; width * height * 3];
         light.par_chunks_mut(BAND * width * 3).enumerate().for_each(|(band, rows)| {
-            self.expose(view, band * BAND, rows);
+            self.expose(view, &tubes, band * BAND, rows);
             progress((rows.len() / (width * 3)) as u64);
         });
         let blur_px = self.params.blur_px * width as f64 / 968.0;
@@ -56,13 +58,15 @@ impl Scene {
     }
 
     /// Light of the rows from `first` on, linear.
-    fn expose(&self, index: usize, first: usize, rows: &mut [f32]) {
+    fn expose(&self, index: usize, tubes: &Tubes, first: usize, rows: &mut [f32]) {
         let view = &self.views[index];
         let stand = Stand::of(view);
         let width = view.lens.width;
-        let sample = |u: f64, v: f64| Walker::sample(self, &stand, &view.ray_in_tank(u, v));
-        let corners =
-            |y: usize| -> Vec<Sample> { (0..=width).map(|x| sample(x as f64 - 0.5, y as f64 - 0.5)).collect() };
+        let sample =
+            |u: f64, v: f64, reach: f64| Walker::new(self, tubes, &stand, reach).sample(&view.ray_in_tank(u, v));
+        let corners = |y: usize| -> Vec<Sample> {
+            (0..=width).map(|x| sample(x as f64 - 0.5, y as f64 - 0.5, self.reach_mm)).collect()
+        };
         let n = self.params.supersampling;
         let mut above = corners(first);
         for (dy, row) in rows.chunks_exact_mut(width * 3).enumerate() {
@@ -74,7 +78,7 @@ impl Scene {
                 if differ(&four) {
                     for i in 0..n * n {
                         let at = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
-                        light += sample(x as f64 + at(i % n), y as f64 + at(i / n)).light;
+                        light += sample(x as f64 + at(i % n), y as f64 + at(i / n), 0.0).light;
                     }
                     light /= (n * n) as f64;
                 } else {

@@ -22,6 +22,7 @@ pub struct Room {
     waves: [(Vec3, f64, f64); 3],
     lamp: Vec3,
     lamp_level: f64,
+    front_level: f64,
     ambient: f64,
 }
 
@@ -67,6 +68,7 @@ impl Room {
             waves: [wave(0), wave(1), wave(2)],
             lamp: Vec3::from(params.lamp_direction).normalize(),
             lamp_level: params.lamp_level,
+            front_level: params.front_level,
             ambient: params.ambient,
         }
     }
@@ -79,7 +81,8 @@ impl Room {
         // Brighter above than below.
         let factor = 1.0 + self.variation * (blotches - q.z);
         let glow = self.lamp_level * (GLOW * (q.dot(&self.lamp) - 1.0)).exp();
-        self.base * factor.max(0.0) + Vec3::repeat(glow)
+        let front = self.front_level * (-q.y).max(0.0);
+        self.base * factor.max(0.0) + Vec3::repeat(glow + front)
     }
 
     /// Share of full light that a matt surface with that outward normal (tank frame) sends back.

@@ -1,11 +1,14 @@
 //! Everything that a photograph needs, made ready once.
 
 use super::bvh::Tubes;
+use super::marks::Marks;
 use super::room::{Room, linear_rgb};
+use super::sway::swayed;
 use super::{BeltPrint, CaptureParams, noise};
 use crate::error::{Error, Result};
 use crate::optics::{Tank, Vec3, View};
 use crate::roots::Root;
+use std::borrow::Cow;
 
 /// Roots in a tank in a room, and the views from which they are photographed.
 #[derive(Debug, Clone)]
@@ -13,7 +16,14 @@ pub struct Scene {
     pub(super) tank: Tank,
     pub(super) views: Vec<View>,
     pub(super) params: CaptureParams,
-    pub(super) tubes: Tubes,
+    roots: Vec<Root>,
+    tubes: Tubes,
+    /// The stem above the crown.
+    pub(super) stem: Tubes,
+    pub(super) dirt: Option<Marks>,
+    pub(super) bubbles: Option<Marks>,
+    /// Rays that pass a root within this need a closer look, mm.
+    pub(super) reach_mm: f64,
     pub(super) room: Room,
     /// Linear colour of each root.
     pub(super) root_colours: Vec<Vec3>,
@@ -62,11 +72,19 @@ impl Scene {
             .enumerate()
             .map(|(i, b)| BeltPrint::new(tank.radius_mm + BELT_MM, b[1] - b[0], params.belt_seed + i as u64))
             .collect();
+        let marks = |radius_mm: f64, count: usize, size_mm: f64, kind: u64| {
+            (count > 0).then(|| Marks::new(tank, radius_mm, count, size_mm, noise::hash(seed, &[kind])))
+        };
         Ok(Self {
             tank: tank.clone(),
             views: views.to_vec(),
             params: params.clone(),
-            tubes: Tubes::new(roots, reach_mm),
+            roots: roots.to_vec(),
+            tubes: Tubes::new(roots),
+            stem: Tubes::new(&stem(roots, tank, params.stem)),
+            dirt: marks(tank.radius_mm, params.dirt, params.dirt_mm, 1),
+            bubbles: marks(tank.inner_radius_mm(), params.bubbles, params.bubble_mm, 2),
+            reach_mm,
             room: Room::new(params, seed),
             root_colours,
             floor_colour: linear_rgb(params.floor_rgb),
@@ -75,10 +93,40 @@ impl Scene {
         })
     }
 
+    /// The roots as they hang in that view.
+    pub(super) fn tubes(&self, view: usize) -> Cow<'_, Tubes> {
+        let CaptureParams { sway_mm, sway_views, .. } = &self.params;
+        if *sway_mm > 0.0 && (sway_views.is_empty() || sway_views.contains(&view)) {
+            Cow::Owned(Tubes::new(&swayed(&self.roots, &self.tank, *sway_mm, self.seed, view)))
+        } else {
+            Cow::Borrowed(&self.tubes)
+        }
+    }
+
     /// The views, in order.
     pub fn views(&self) -> &[View] {
         &self.views
     }
+}
+
+/// A stem that rises from the first main root's crown to 0.6 of the tank's height above the rim, leaning a little.
+fn stem(roots: &[Root], tank: &Tank, wanted: bool) -> Vec<Root> {
+    let crown = roots.iter().find(|r| wanted && r.parent < 0 && !r.points_mm.is_empty());
+    crown
+        .map(|root| {
+            let [x, y, z] = root.points_mm[0];
+            let rise = 0.6 * tank.height_mm;
+            let points_mm = (0..=20)
+                .map(|i| {
+                    let s = f64::from(i) / 20.0;
+                    [x + 0.05 * rise * s * s, y + 0.03 * rise * s, z - rise * s]
+                })
+                .collect();
+            let radii_mm = vec![(1.2 * root.radii_mm[0]).max(1.0); 21];
+            Root { id: -1, parent: -1, order: 0, points_mm, radii_mm }
+        })
+        .into_iter()
+        .collect()
 }
 
 /// The belts' distance from the outer wall, mm.

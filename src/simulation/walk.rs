@@ -4,6 +4,7 @@
 //! a branch would add less than [`FAINT`]. The first way, through both walls, is that of
 //! [`optics::trace`]; mirrored ways use the same Snell's law.
 
+use super::bvh::Tubes;
 use super::room::{Stand, table_texture};
 use super::scene::{BELT_MM, Scene};
 use crate::optics::trace::{cylinder_hits, cylinder_normal, refract};
@@ -19,6 +20,11 @@ const TABLE_GAP_MM: f64 = 0.5;
 const BELT_WHITE: f64 = 0.75;
 const BELT_BLACK: f64 = 0.02;
 const BELT_INSIDE: f64 = 0.04;
+/// Linear colour of the stem.
+const STEM: [f64; 3] = [0.07, 0.3, 0.04];
+/// Linear colour of dirt, and the share of light that it keeps back at its middle.
+const DIRT: [f64; 3] = [0.05, 0.045, 0.035];
+const DIRT_OPACITY: f64 = 0.85;
 /// Linear brightness of the wall's cut edges (rim, floor plate).
 const EDGE: f64 = 0.12;
 
@@ -55,17 +61,23 @@ pub struct Sample {
 /// A ray under way.
 pub struct Walker<'a> {
     scene: &'a Scene,
+    tubes: &'a Tubes,
     stand: &'a Stand,
     kind: Kind,
     near: bool,
+    reach_mm: f64,
 }
 
 impl<'a> Walker<'a> {
+    /// Ready for a ray; roots that it passes within `reach_mm` are noted.
+    pub fn new(scene: &'a Scene, tubes: &'a Tubes, stand: &'a Stand, reach_mm: f64) -> Self {
+        Self { scene, tubes, stand, kind: Kind::Room, near: false, reach_mm }
+    }
+
     /// Light that reaches the camera from `direction` (tank frame, unit).
-    pub fn sample(scene: &'a Scene, stand: &'a Stand, direction: &Vec3) -> Sample {
-        let mut walker = Self { scene, stand, kind: Kind::Room, near: false };
-        let light = walker.gathered(&stand.centre_mm, direction);
-        Sample { light, kind: walker.kind, near: walker.near }
+    pub fn sample(mut self, direction: &Vec3) -> Sample {
+        let light = self.gathered(&self.stand.centre_mm, direction);
+        Sample { light, kind: self.kind, near: self.near }
     }
 
     fn gathered(&mut self, o: &Vec3, d: &Vec3) -> Vec3 {
@@ -82,11 +94,16 @@ impl<'a> Walker<'a> {
         if let Some((t, _)) = cylinder_hits(o, d, tank.radius_mm).filter(|(t, _)| *t > 0.0) {
             let p = o + d * t;
             if p.z >= 0.0 && p.z <= tank.height_mm {
-                return self.enter_wall(o, &p, d);
+                let light = self.enter_wall(o, &p, d);
+                return self.dirtied(&p, light);
+            }
+            if let Some(hit) = self.scene.stem.first_hit(o, d, f64::INFINITY, self.reach_mm, &mut self.near) {
+                self.kind = Kind::Root;
+                return Vec3::from(STEM) * self.scene.room.lit(self.stand, &hit.normal);
             }
             if p.z < 0.0 && d.z > 0.0 {
                 let top = o - d * (o.z / d.z);
-                let rho = top.x.hypot(top.y);
+                let rho = (top.x * top.x + top.y * top.y).sqrt();
                 if rho < tank.inner_radius_mm() {
                     self.kind = Kind::Edge;
                     return self.inside(&top, d, false, 1.0, 0);
@@ -97,6 +114,30 @@ impl<'a> Walker<'a> {
             }
         }
         self.outside(o, d)
+    }
+
+    /// Light seen past the dirt at a point of the outer wall.
+    fn dirtied(&self, p: &Vec3, light: Vec3) -> Vec3 {
+        match self.scene.dirt.as_ref().and_then(|dirt| dirt.at(p)) {
+            Some(q) => {
+                let opacity = DIRT_OPACITY * (1.0 - q * q);
+                light * (1.0 - opacity) + Vec3::from(DIRT) * opacity
+            }
+            None => light,
+        }
+    }
+
+    /// Light seen past the bubbles at a point of the inner wall: a bubble is a cap of air on the wall, at whose rim
+    /// (beyond sin = n_air/n_water) the room before the tank is mirrored.
+    fn bubbled(&self, p: &Vec3, d: &Vec3, light: Vec3) -> Vec3 {
+        let n = self.scene.tank.index;
+        match self.scene.bubbles.as_ref().and_then(|bubbles| bubbles.at(p)) {
+            Some(q) if q * n.water > n.air => {
+                self.scene.room.light(self.stand, p, &mirror(d, &cylinder_normal(p))) * 0.9 + light * 0.1
+            }
+            Some(_) => light * 0.8,
+            None => light,
+        }
     }
 
     /// The belt's light where `p` lies on one.
@@ -115,7 +156,7 @@ impl<'a> Walker<'a> {
         let z = scene.tank.height_mm + TABLE_GAP_MM;
         if d.z > 0.0 && o.z < z && radius > 0.0 {
             let p = o + d * ((z - o.z) / d.z);
-            if p.x.hypot(p.y) < radius {
+            if p.x * p.x + p.y * p.y < radius * radius {
                 if self.kind == Kind::Room {
                     self.kind = Kind::Table;
                 }
@@ -158,7 +199,8 @@ impl<'a> Walker<'a> {
             return light + self.through_wall(p, d) * passed;
         };
         let passed = passed * (1.0 - fresnel(&ray.v1, &normal, n.wall, n_in));
-        light + self.inside(&ray.p2_mm, &v, in_water, passed, 0) * passed
+        let within = self.inside(&ray.p2_mm, &v, in_water, passed, 0);
+        light + self.bubbled(&ray.p2_mm, d, within) * passed
     }
 
     /// The way of a ray that crosses only the wall.
@@ -189,7 +231,7 @@ impl<'a> Walker<'a> {
             if in_water == (d.z > 0.0) { if in_water { tank.floor_mm() } else { 0.0 } } else { tank.water_level_mm };
         let t_plane = if d.z == 0.0 { f64::INFINITY } else { ((plane_z - o.z) / d.z).max(0.0) };
         let t_end = t_wall.min(t_plane);
-        let hit = scene.tubes.first_hit(o, d, t_end, &mut self.near);
+        let hit = self.tubes.first_hit(o, d, t_end, self.reach_mm, &mut self.near);
         let length = hit.map_or(t_end, |h| h.t_mm);
         let seen = if let Some(hit) = hit {
             if mirrors == 0 {
@@ -268,7 +310,8 @@ impl<'a> Walker<'a> {
             let behind = if !tank.is_clear(q.z) {
                 Vec3::repeat(BELT_INSIDE)
             } else if let Some(out) = refract(&v, &normal, n.wall, n.air) {
-                self.outside(&q, &out)
+                let light = self.outside(&q, &out);
+                self.dirtied(&q, light)
             } else {
                 Vec3::zeros()
             };

@@ -41,7 +41,10 @@ impl Stage for Extract {
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let ridges = suppress::read(inputs.one("ridges")?)?;
-        let pieces = Links::new(&ridges, self.params.low).pieces(&ridges, &self.params)?;
+        self.params.check()?;
+        let thresholds = self.params.thresholds(&ridges);
+        let min_length = self.params.min_length_mm / self.grid.spacing_mm as f32;
+        let pieces = Links::new(&ridges, thresholds.0).pieces(&ridges, thresholds, min_length);
         let points: Vec<RootPoint> = (0..ridges.len())
             .filter(|&n| pieces.label[n] > 0)
             .map(|n| RootPoint {

@@ -2,19 +2,30 @@
 //!
 //! To add one: a file here, a line below, a line in `study/graph.rs`.
 
+pub mod axis;
 pub mod camera;
 pub mod cameras;
 pub mod capture;
+mod colmap_run;
+pub mod contrast;
+pub mod diameters;
 pub mod evaluate;
 pub mod extract;
+pub mod feature;
 pub mod labels;
+pub mod lattice;
 pub mod merge;
 pub mod overlay;
 pub mod photograph;
+pub mod pose;
 pub mod render;
+pub mod render_patch;
 pub mod rootness;
+pub mod sfm;
+pub mod sfm_mask;
 pub mod suppress;
 pub mod trace;
+pub mod traits;
 pub mod undistort;
 pub mod volume;
 

@@ -7,8 +7,8 @@ use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage, Streamed, store_streamed};
 use crate::optics::{Tank, View};
 use crate::store::{ArraySpec, Slab, SlabSource};
-use crate::volume::{Grid, ViewRenderer};
-use ndarray::Array4;
+use crate::volume::{Grid, RenderOptions, ViewRenderer};
+use ndarray::{Array4, ArrayViewMut4};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -19,11 +19,14 @@ pub struct Render {
     pub tank: Tank,
     /// The voxels.
     pub grid: Grid,
+    /// What counts as evidence and how it is taken.
+    #[serde(flatten)]
+    pub options: RenderOptions,
 }
 
 impl Stage for Render {
     const NAME: &'static str = "render";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn peak_bytes(&self) -> u64 {
         // A slab, and a shard being written.
@@ -37,48 +40,49 @@ impl Stage for Render {
 
 impl Streamed for Render {
     fn open(&self, inputs: &Inputs) -> Result<Box<dyn SlabSource>> {
-        Ok(Box::new(self.opened(inputs)?))
+        Ok(Box::new(self.planes(inputs)?))
     }
 }
 
 impl Render {
-    /// Some planes of the view's volume (z, y, x, rgb + mask).
+    /// The view's volume, ready to be rendered plane by plane.
     ///
     /// # Errors
     /// As the run of the stage.
-    pub fn planes(&self, inputs: &Inputs, planes: Range<usize>) -> Result<Array4<u8>> {
-        Ok(self.opened(inputs)?.planes(planes))
-    }
-
-    fn opened(&self, inputs: &Inputs) -> Result<Opened> {
+    pub fn planes(&self, inputs: &Inputs) -> Result<ViewPlanes> {
         let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
         let view: View = inputs.one("camera")?.json("view")?;
-        Ok(Opened { grid: self.grid, renderer: ViewRenderer::new(&view, &self.tank, photo)? })
+        let (renderer, grid) = (ViewRenderer::new(&view, &self.tank, &photo, self.options)?, self.grid);
+        Ok(ViewPlanes { grid, render: Box::new(move |planes, out| renderer.render_slab(&grid, planes, out)) })
     }
 }
 
-/// A view being rendered slab by slab.
-struct Opened {
-    grid: Grid,
-    renderer: ViewRenderer,
+/// Renders planes of the grid into an array (z, y, x, rgb + mask).
+type RenderSlab = Box<dyn Fn(Range<usize>, ArrayViewMut4<u8>) + Send + Sync>;
+
+/// A view's volume while it is rendered.
+pub struct ViewPlanes {
+    pub(crate) grid: Grid,
+    pub(crate) render: RenderSlab,
 }
 
-impl Opened {
-    fn planes(&self, planes: Range<usize>) -> Array4<u8> {
+impl ViewPlanes {
+    /// Some planes (z, y, x, rgb + mask).
+    pub fn get(&self, planes: Range<usize>) -> Array4<u8> {
         let [_, rows, columns] = self.grid.shape;
         let mut slab = Array4::zeros((planes.len(), rows, columns, 4));
-        self.renderer.render_slab(&self.grid, planes, slab.view_mut());
+        (self.render)(planes, slab.view_mut());
         slab
     }
 }
 
-impl SlabSource for Opened {
+impl SlabSource for ViewPlanes {
     fn arrays(&self) -> Vec<ArraySpec> {
         let [depth, rows, columns] = self.grid.shape;
         vec![ArraySpec::new::<u8>("view", &[depth, rows, columns, 4], &["z", "y", "x", "c"])]
     }
 
     fn slab(&self, _: &str, planes: Range<usize>) -> Result<Slab> {
-        Ok(self.planes(planes).into_dyn().into())
+        Ok(self.get(planes).into_dyn().into())
     }
 }

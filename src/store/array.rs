@@ -145,14 +145,7 @@ impl<T: Element> SlabWriter<T> {
         let mut taken = 0;
         while taken < rows {
             let count = (rows - taken).min(depth - self.filled);
-            let shape = &self.shape;
-            let (filled, buffer) = (self.filled, &mut self.buffer);
-            let mut target = buffer.slice_each_axis_mut(|axis| match axis.axis.index() {
-                0 => Slice::from(filled..filled + count),
-                a => Slice::from(0..shape[a]),
-            });
-            let source = slab.slice_axis(Axis(0), Slice::from(taken..taken + count));
-            target.zip_mut_with(&source, |to, from| *to = from.canonical());
+            self.copy(slab.slice_axis(Axis(0), Slice::from(taken..taken + count)));
             taken += count;
             self.filled += count;
             if self.filled == depth {
@@ -160,6 +153,32 @@ impl<T: Element> SlabWriter<T> {
             }
         }
         Ok(())
+    }
+
+    /// Copies `part` behind the rows already in the shard, run by run of cells that lie together in both.
+    fn copy(&mut self, part: ArrayViewD<'_, T>) {
+        let part = part.as_standard_layout();
+        let shard = self.buffer.shape().to_vec();
+        let Some(buffer) = self.buffer.as_slice_mut() else { return };
+        let Some(source) = part.as_slice() else { return };
+        // Behind the last axis that is padded, rows of array and shard are the same.
+        let whole = (1..shard.len()).rev().take_while(|&axis| shard[axis] == self.shape[axis]).count();
+        let split = (shard.len() - whole).saturating_sub(1);
+        let cells = |shape: &[usize]| shape.iter().product::<usize>();
+        let (run, stride) = (cells(&part.shape()[split..]), cells(&shard[split..]));
+        let first = if split == 0 { self.filled * cells(&shard[1..]) } else { 0 };
+        for (number, run) in source.chunks_exact(run.max(1)).enumerate() {
+            let (mut number, mut place, mut step) = (number, first, stride);
+            for axis in (0..split).rev() {
+                let row = number % part.shape()[axis];
+                number /= part.shape()[axis];
+                place += (row + if axis == 0 { self.filled } else { 0 }) * step;
+                step *= shard[axis];
+            }
+            for (to, from) in buffer[place..place + run.len()].iter_mut().zip(run) {
+                *to = from.canonical();
+            }
+        }
     }
 
     fn store_shard(&mut self) -> Result<()> {

@@ -7,8 +7,6 @@ use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use super::digest::Key;
-use crate::error::Result;
-
 /// The answer to a claim.
 pub enum Claim {
     /// The work is ours until this is dropped.
@@ -33,15 +31,15 @@ impl Drop for Held {
     }
 }
 
-pub(super) fn claim(locks: &Path, key: Key) -> Result<Claim> {
+pub(super) fn claim(locks: &Path, key: Key) -> Claim {
     let path = locks.join(format!("{key}.lock"));
     let open = || File::options().create(true).truncate(false).write(true).open(&path);
     let Ok(file) = open().or_else(|_| std::fs::create_dir_all(locks).and_then(|()| open())) else {
-        return Ok(Claim::Ours(Held { file: None }));
+        return Claim::Ours(Held { file: None });
     };
     match file.try_lock() {
-        Ok(()) => Ok(Claim::Ours(Held { file: Some((file, path)) })),
-        Err(TryLockError::WouldBlock) => Ok(Claim::Busy),
-        Err(TryLockError::Error(_)) => Ok(Claim::Ours(Held { file: None })),
+        Ok(()) => Claim::Ours(Held { file: Some((file, path)) }),
+        Err(TryLockError::WouldBlock) => Claim::Busy,
+        Err(TryLockError::Error(_)) => Claim::Ours(Held { file: None }),
     }
 }

@@ -46,7 +46,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub use array::{ArrayReader, SlabWriter};
 pub use artefact::Artefact;
 pub use canonical::bytes as canonical_bytes;
-pub use claim::Claim;
+pub use claim::{Claim, Held};
 pub use digest::{ArrayHasher, Digest, Key};
 pub use element::{Dtype, Element};
 pub use free::{write_array, write_group};
@@ -220,8 +220,8 @@ impl Store {
         Ok(record)
     }
 
-    /// Claims the work `key` for this thread: another process that finds it claimed waits for the result.
-    pub fn claim(&self, key: Key) -> Result<Claim> {
+    /// Claims the work `key`, without waiting, so that other processes do something else meanwhile.
+    pub fn claim(&self, key: Key) -> Claim {
         claim::claim(&self.root().join("locks"), key)
     }
 

@@ -1,21 +1,34 @@
 //! A study's settings as a graph of nodes: what is computed from what.
 
+use super::inputs::CameraSource;
+use super::render::Method;
 use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
 use crate::evaluation::ScoreParams;
 use crate::flow::{Graph, NodeId};
+use crate::stages::axis::Axis;
 use crate::stages::camera::Camera;
 use crate::stages::cameras::Cameras;
 use crate::stages::capture::{Capture, photo_name};
+use crate::stages::contrast::Contrast;
+use crate::stages::diameters::Diameters;
 use crate::stages::evaluate::Evaluate;
 use crate::stages::extract::Extract;
+use crate::stages::feature::Feature;
 use crate::stages::labels::Labels;
+use crate::stages::lattice::Lattice;
 use crate::stages::merge::Merge;
 use crate::stages::overlay::Overlay;
 use crate::stages::photograph::Photograph;
+use crate::stages::pose::Pose;
 use crate::stages::render::Render;
+use crate::stages::render_patch::RenderPatch;
 use crate::stages::rootness::Rootness;
+use crate::stages::sfm::Sfm;
+use crate::stages::sfm_mask::SfmMask;
 use crate::stages::suppress::Suppress;
+use crate::stages::trace::Trace;
+use crate::stages::traits::Traits;
 use crate::stages::undistort::Undistort;
 use crate::stages::volume::Volume;
 
@@ -26,10 +39,12 @@ pub struct StudyNodes {
     pub photos: Vec<String>,
     /// The photographs themselves.
     pub photo_nodes: Vec<NodeId>,
-    /// Lens and poses; of a simulated capture the true roots too.
+    /// Lens and poses.
     pub cameras: NodeId,
     /// The extracted root voxels.
     pub extract: NodeId,
+    /// Roots, traits and their files.
+    pub traits: NodeId,
     /// The OME-Zarr image.
     pub volume: NodeId,
     /// Its labels.
@@ -43,11 +58,27 @@ pub struct StudyNodes {
 impl StudyNodes {
     /// All nodes that a run brings up to date.
     pub fn targets(&self) -> Vec<NodeId> {
-        let mut targets = vec![self.extract, self.volume, self.labels];
+        let mut targets = vec![self.cameras, self.extract, self.traits, self.volume, self.labels];
         targets.extend(&self.overlays);
         targets.extend(self.score);
         targets
     }
+}
+
+/// Adds the nodes that make of every undistorted photograph its contrast along the roots' colour axis.
+fn features(graph: &mut Graph, s: &Settings, seen: &[(&String, NodeId, NodeId)]) -> Vec<NodeId> {
+    let contrasts: Vec<NodeId> = seen
+        .iter()
+        .map(|&(name, photo, camera)| {
+            let stage = Contrast { tank: s.tank.clone(), params: s.contrast };
+            graph.add(&format!("contrast/{name}"), stage, &[("photo", &[photo]), ("camera", &[camera])])
+        })
+        .collect();
+    let axis = graph.add("axis", Axis {}, &[("contrasts", &contrasts)]);
+    let feature = |(&(name, ..), contrast): (&(&String, NodeId, NodeId), NodeId)| {
+        graph.add(&format!("feature/{name}"), Feature {}, &[("contrast", &[contrast]), ("axis", &[axis])])
+    };
+    seen.iter().zip(contrasts).map(feature).collect()
 }
 
 /// Adds the study to the graph.
@@ -67,8 +98,13 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             }
             let files: Vec<NodeId> =
                 names.iter().zip(paths).map(|(n, p)| graph.file(&format!("photo/{n}"), p)).collect();
-            let file = graph.file("cameras-file", s.input_dir.join(&s.cameras.path));
-            let cameras = graph.add("cameras", Cameras { tank: s.tank.clone() }, &[("file", &[file])]);
+            let cameras = match s.cameras.source {
+                CameraSource::File => {
+                    let file = graph.file("cameras-file", s.input_dir.join(&s.cameras.path));
+                    graph.add("cameras", Cameras { tank: s.tank.clone() }, &[("file", &[file])])
+                }
+                CameraSource::Sfm => cameras_from_photographs(graph, s, &names, &files),
+            };
             let truth = s.truth.roots.as_ref().map(|r| graph.file("truth", s.input_dir.join(r)));
             (names, files, cameras, truth)
         }
@@ -84,7 +120,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
                 &[],
             );
             let names: Vec<String> = (0..simulate.capture.views).map(|n| photo_name(&simulate.capture, n)).collect();
-            let files = (0..simulate.capture.views)
+            let files: Vec<NodeId> = (0..simulate.capture.views)
                 .map(|view| {
                     let stage = Photograph {
                         tank: s.tank.clone(),
@@ -95,33 +131,35 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
                     graph.add(&format!("photograph/{}", names[view]), stage, &[("capture", &[capture])])
                 })
                 .collect();
-            (names, files, capture, Some(capture))
+            let cameras = match s.cameras.source {
+                CameraSource::File => capture,
+                CameraSource::Sfm => cameras_from_photographs(graph, s, &names, &files),
+            };
+            (names, files, cameras, Some(capture))
         }
     };
 
     let is_virtual = s.render.is_virtual(&s.grid, photos.len());
-    let mut views = Vec::new();
-    let mut overlay_inputs = Vec::new();
+    let mut seen = Vec::new();
     for (name, &photo) in photos.iter().zip(&files) {
         let camera = graph.add(&format!("camera/{name}"), Camera { photo: name.clone() }, &[("cameras", &[cameras])]);
         let undistorted =
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
-        let render = Render { tank: s.tank.clone(), grid: s.grid };
-        let ports: &[(&str, &[NodeId])] = &[("photo", &[undistorted]), ("camera", &[camera])];
-        let label = format!("render/{name}");
-        views.push(if is_virtual {
-            graph.add_virtual(&label, render, ports)
-        } else {
-            graph.add(&label, render, ports)
-        });
-        overlay_inputs.push((name, undistorted, camera));
+        seen.push((name, undistorted, camera));
     }
+    let rendered = if s.contrast.enabled { features(graph, s, &seen) } else { seen.iter().map(|v| v.1).collect() };
+    let views: Vec<NodeId> = seen
+        .iter()
+        .zip(rendered)
+        .map(|(&(name, _, camera), photo)| rendered_view(graph, s, name, photo, camera, is_virtual))
+        .collect();
     let merged = graph.add("merge", Merge { params: s.merge.clone() }, &[("views", &views)]);
     let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
     let rootness = graph.add("rootness", rootness, &[("merged", &[merged])]);
     let ridges = graph.add("suppress", Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
     let extract = graph.add("extract", Extract { grid: s.grid, params: s.extract }, &[("ridges", &[ridges])]);
-    let overlays = overlay_inputs
+    let traits = roots(graph, s, &files, &seen, [ridges, extract, rootness]);
+    let overlays = seen
         .into_iter()
         .map(|(name, photo, camera)| {
             graph.add(
@@ -139,10 +177,66 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             params: ScoreParams {
                 z_min_mm: s.truth.z_min,
                 z_max_mm: s.truth.z_max.unwrap_or(s.grid.spacing_mm * s.grid.shape[0] as f64 - 2.0),
+                free_azimuth: s.cameras.source == CameraSource::Sfm,
                 ..ScoreParams::default()
             },
         };
         graph.add("evaluate", stage, &[("roots", &[extract]), ("truth", &[truth])])
     });
-    Ok(StudyNodes { photos, photo_nodes: files, cameras, extract, volume, labels, overlays, score })
+    Ok(StudyNodes { photos, photo_nodes: files, cameras, extract, traits, volume, labels, overlays, score })
+}
+
+/// From ridges to roots, their diameters, their traits.
+fn roots(
+    graph: &mut Graph,
+    s: &Settings,
+    photos: &[NodeId],
+    seen: &[(&String, NodeId, NodeId)],
+    [ridges, extract, rootness]: [NodeId; 3],
+) -> NodeId {
+    let trace = Trace { grid: s.grid, sigma_mm: s.rootness.sigma.clone(), params: s.trace.clone() };
+    let ports = [("ridges", &[ridges][..]), ("roots", &[extract]), ("rootness", &[rootness])];
+    let traced = graph.add("trace", trace, &ports);
+    let cameras: Vec<NodeId> = seen.iter().map(|v| v.2).collect();
+    let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
+    let ports = [("system", &[traced][..]), ("photos", photos), ("cameras", &cameras)];
+    let measured = graph.add("diameters", diameters, &ports);
+    let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
+    graph.add("traits", traits, &[("system", &[measured])])
+}
+
+/// The cameras found in the photographs alone.  Paper 2.2.
+fn cameras_from_photographs(graph: &mut Graph, s: &Settings, names: &[String], files: &[NodeId]) -> NodeId {
+    let mask = graph.add("sfm-mask", SfmMask { params: s.mask.clone() }, &[("photos", files)]);
+    let sfm = Sfm { photos: names.to_vec(), params: s.sfm.clone() };
+    let sparse = graph.add("sfm", sfm, &[("photos", files), ("mask", &[mask])]);
+    let pose = Pose { tank: s.tank.clone(), photos: names.to_vec(), params: s.pose.clone() };
+    graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files)])
+}
+
+/// One view's volume, by the method of the study.
+fn rendered_view(
+    graph: &mut Graph,
+    s: &Settings,
+    name: &str,
+    photo: NodeId,
+    camera: NodeId,
+    is_virtual: bool,
+) -> NodeId {
+    let (tank, grid, sizes) = (s.tank.clone(), s.grid, s.render.sizes());
+    let label = format!("render/{name}");
+    match s.render.method {
+        Method::Exact => {
+            let (stage, ports) =
+                (Render { tank, grid, options: s.render.options() }, [("photo", &[photo][..]), ("camera", &[camera])]);
+            if is_virtual { graph.add_virtual(&label, stage, &ports) } else { graph.add(&label, stage, &ports) }
+        }
+        Method::PatchRbf => {
+            let lattice = Lattice { tank: tank.clone(), grid, sizes };
+            let lattice = graph.add(&format!("lattice/{name}"), lattice, &[("camera", &[camera])]);
+            let ports = [("photo", &[photo][..]), ("camera", &[camera]), ("lattice", &[lattice])];
+            let stage = RenderPatch { tank, grid, sizes };
+            if is_virtual { graph.add_virtual(&label, stage, &ports) } else { graph.add(&label, stage, &ports) }
+        }
+    }
 }

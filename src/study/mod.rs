@@ -4,5 +4,6 @@ pub mod document;
 pub mod graph;
 pub mod inputs;
 pub mod lock;
+pub mod render;
 pub mod results;
 pub mod settings;

@@ -2,9 +2,17 @@
 
 use super::document::{Document, Sources};
 use super::inputs::{Cameras, GridSection, Photos, StudySection, TankSection, Truth, find_photographs};
+use super::render::RenderSection;
+use crate::calibration::RegisterParams;
+use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::optics::Tank;
+use crate::photo::contrast::ContrastParams;
+use crate::roots::TraceParams;
+use crate::roots::diameter::DiameterParams;
+use crate::roots::traits::TraitParams;
 use crate::simulation::{CaptureParams, GrowthParams};
+use crate::stages::sfm::SfmParams;
 use crate::volume::Grid;
 use crate::volume::hysteresis::Hysteresis;
 use crate::volume::merge::Merge;
@@ -23,42 +31,6 @@ pub struct Simulate {
     pub growth: GrowthParams,
     /// How they are photographed.
     pub capture: CaptureParams,
-}
-
-/// Whether the views' volumes are kept in the store.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Keep {
-    /// As long as all views together stay under [`MOST_STORED_BYTES`].
-    #[default]
-    Auto,
-    /// Always: a changed merge reads them instead of rendering again.
-    Always,
-    /// Never: they are rendered slab by slab into the merge.
-    Never,
-}
-
-/// Views' volumes larger than this together are not stored: writing and reading them would take longer than
-/// rendering them again, and a lab's disk is finite.
-pub const MOST_STORED_BYTES: u64 = 8 << 30;
-
-/// `[render]`: the views' volumes.
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RenderSection {
-    /// auto, always or never; no result depends on it.
-    pub store: Keep,
-}
-
-impl RenderSection {
-    /// Whether `views` volumes of that grid are streamed rather than stored.
-    pub fn is_virtual(&self, grid: &Grid, views: usize) -> bool {
-        match self.store {
-            Keep::Auto => (grid.len() * views * 4) as u64 > MOST_STORED_BYTES,
-            Keep::Always => false,
-            Keep::Never => true,
-        }
-    }
 }
 
 /// `[overlay]`: the pictures of roots on photographs.
@@ -95,12 +67,20 @@ pub struct Settings {
     pub source: Source,
     /// `[cameras]`.
     pub cameras: Cameras,
+    /// `[mask]`, read where cameras come from the photographs.
+    pub mask: MaskParams,
+    /// `[sfm]`, read where cameras come from the photographs.
+    pub sfm: SfmParams,
+    /// `[pose]`, read where cameras come from the photographs.
+    pub pose: RegisterParams,
     /// The tank.
     pub tank: Tank,
     /// The voxels.
     pub grid: Grid,
     /// `[render]`.
     pub render: RenderSection,
+    /// `[contrast]`.
+    pub contrast: ContrastParams,
     /// `[merge]`.
     pub merge: Merge,
     /// `[rootness]`.
@@ -109,6 +89,12 @@ pub struct Settings {
     pub suppress: Suppress,
     /// `[extract]`.
     pub extract: Hysteresis,
+    /// `[trace]`.
+    pub trace: TraceParams,
+    /// `[diameters]`.
+    pub diameters: DiameterParams,
+    /// `[traits]`.
+    pub traits: TraitParams,
     /// `[overlay]`.
     pub overlay: OverlaySection,
     /// `[truth]`.
@@ -117,8 +103,26 @@ pub struct Settings {
 
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
-    "study", "simulate", "photos", "cameras", "tank", "grid", "render", "merge", "rootness", "suppress", "extract",
-    "overlay", "truth",
+    "study",
+    "simulate",
+    "photos",
+    "cameras",
+    "mask",
+    "sfm",
+    "pose",
+    "tank",
+    "grid",
+    "render",
+    "contrast",
+    "merge",
+    "rootness",
+    "suppress",
+    "extract",
+    "trace",
+    "diameters",
+    "traits",
+    "overlay",
+    "truth",
 ];
 
 impl Settings {
@@ -140,16 +144,24 @@ impl Settings {
         let simulate: Simulate = file.section("simulate");
         let photos: Photos = file.section("photos");
         let cameras: Cameras = file.section("cameras");
+        let mask: MaskParams = file.section("mask");
+        let sfm: SfmParams = file.section("sfm");
+        let pose: RegisterParams = file.section("pose");
         let tank: TankSection = file.section("tank");
         let grid: GridSection = file.section("grid");
         let render: RenderSection = file.section("render");
+        let contrast: ContrastParams = file.section("contrast");
         let merge: Merge = file.section("merge");
         let rootness: Rootness = file.section("rootness");
         let suppress: Suppress = file.section("suppress");
         let extract: Hysteresis = file.section("extract");
+        let trace: TraceParams = file.section("trace");
+        let diameters: DiameterParams = file.section("diameters");
+        let traits: TraitParams = file.section("traits");
         let overlay: OverlaySection = file.section("overlay");
         let truth: Truth = file.section("truth");
-        for checked in [merge.check(), rootness.check(grid.spacing)] {
+        for checked in [render.check(), contrast.check(), merge.check(), extract.check(), rootness.check(grid.spacing)]
+        {
             if let Err(e) = checked {
                 file.refuse(e);
             }
@@ -178,13 +190,20 @@ impl Settings {
             source,
             input_dir,
             cameras,
+            mask,
+            sfm,
+            pose,
             grid: Grid::of_tank(&tank, grid.spacing, depth_mm)?,
             tank,
             render,
+            contrast,
             merge,
             rootness,
             suppress,
             extract,
+            trace,
+            diameters,
+            traits,
             overlay,
             truth,
         })

@@ -1,14 +1,26 @@
 //! Hysteresis over ridges: which belong to roots, and which to one piece.  Paper 2.5.
 //!
 //! Ridge voxels of rootness above `low` that touch (26 neighbours) form pieces; the pieces that hold a
-//! voxel above `high` are root. [`Links`] finds the touching pairs once; then any pair of thresholds is
-//! a pass of union-find over them.
+//! voxel above `high` are root, unless they are shorter than `min_length_mm`. [`Links`] finds the touching
+//! pairs once; then any pair of thresholds is a pass of union-find over them.
 
+use super::level::level;
 use super::ridges::Ridges;
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 
-/// The two thresholds, in the unit of rootness.
+/// What the thresholds are given in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unit {
+    /// Multiples of the volume's own level between noise and roots, [`level`](super::level).
+    Level,
+    /// Rootness as it is, as in the paper.
+    Rootness,
+}
+
+/// Which ridges are roots.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Hysteresis {
@@ -16,12 +28,47 @@ pub struct Hysteresis {
     pub low: f32,
     /// Voxels above it are root, and all that is linked to them above `low`.
     pub high: f32,
+    /// level (half a typical root's rootness is 1) or rootness (the paper's; its [0.01, 0.02]).
+    pub unit: Unit,
+    /// Pieces whose voxels' bounding box has a shorter diagonal are dropped, mm; 0 keeps all, as the paper.
+    pub min_length_mm: f32,
 }
 
 impl Default for Hysteresis {
-    /// The paper's choice (section 3).
+    /// A root begins where it is half as strong as the typical one and goes on to a third.
     fn default() -> Self {
-        Self { low: 0.01, high: 0.02 }
+        Self { low: 0.65, high: 1.0, unit: Unit::Level, min_length_mm: 3.0 }
+    }
+}
+
+impl Hysteresis {
+    /// Fails where a parameter is out of range.
+    ///
+    /// # Errors
+    /// All faults at once.
+    pub fn check(&self) -> Result<()> {
+        let mut faults = Vec::new();
+        if self.low > self.high || self.low.is_nan() || self.high.is_nan() {
+            faults.push(
+                Error::usage(format!("extract.low ({}) is not at most extract.high ({})", self.low, self.high))
+                    .help("voxels above `high` start a root, voxels above `low` continue it"),
+            );
+        }
+        if !(self.min_length_mm >= 0.0 && self.min_length_mm.is_finite()) {
+            faults.push(
+                Error::usage(format!("extract.min_length_mm is {}", self.min_length_mm)).help("give 0 or more mm"),
+            );
+        }
+        Error::many(faults)
+    }
+
+    /// The thresholds (low, high) in the unit of rootness, for a volume of these ridges.
+    pub fn thresholds(&self, ridges: &Ridges) -> (f32, f32) {
+        let unit = match self.unit {
+            Unit::Level => level(&ridges.rootness),
+            Unit::Rootness => 1.0,
+        };
+        (self.low * unit, self.high * unit)
     }
 }
 
@@ -75,27 +122,39 @@ impl Links {
         &self.pairs
     }
 
-    /// The pieces at the given thresholds.
-    ///
-    /// # Errors
-    /// Where `low` exceeds `high` or either is not a number.
-    pub fn pieces(&self, ridges: &Ridges, thresholds: &Hysteresis) -> Result<Pieces> {
-        let Hysteresis { low, high } = *thresholds;
-        if low > high || low.is_nan() || high.is_nan() {
-            return Err(Error::usage(format!("extract.low ({low}) is not at most extract.high ({high})"))
-                .help("voxels above `high` start a root, voxels above `low` continue it"));
-        }
+    /// The pieces of rootness above `low` that hold a voxel above `high` and whose bounding box's diagonal is
+    /// at least `min_length` voxels.
+    pub fn pieces(&self, ridges: &Ridges, (low, high): (f32, f32), min_length: f32) -> Pieces {
         let mut parent: Vec<u32> = (0..ridges.len() as u32).collect();
         for &[a, b] in &self.pairs {
             if ridges.rootness[a as usize] > low && ridges.rootness[b as usize] > low {
                 join(&mut parent, a, b);
             }
         }
-        // A root is the first of its piece, so one pass forward has seen it before its members.
+        // A representative is the first of its piece, so one pass forward has seen it before its members.
         let mut strong = vec![false; ridges.len()];
         for n in 0..ridges.len() {
             if ridges.rootness[n] > high {
                 strong[find(&mut parent, n as u32) as usize] = true;
+            }
+        }
+        if min_length > 0.0 {
+            let mut boxes = HashMap::new();
+            for n in (0..ridges.len()).filter(|&n| ridges.rootness[n] > low) {
+                let first = find(&mut parent, n as u32);
+                if strong[first as usize] {
+                    let voxel = ridges.voxel(n);
+                    let (least, most) = boxes.entry(first).or_insert((voxel, voxel));
+                    for c in 0..3 {
+                        least[c] = least[c].min(voxel[c]);
+                        most[c] = most[c].max(voxel[c]);
+                    }
+                }
+            }
+            for (n, strong) in strong.iter_mut().enumerate().filter(|(_, strong)| **strong) {
+                let (least, most) = boxes[&(n as u32)];
+                let diagonal2: usize = (0..3).map(|c| (most[c] - least[c]).pow(2)).sum();
+                *strong = (diagonal2 as f32).sqrt() >= min_length;
             }
         }
         let mut label = vec![0; ridges.len()];
@@ -113,7 +172,7 @@ impl Links {
                 }
             }
         }
-        Ok(Pieces { label, count })
+        Pieces { label, count }
     }
 }
 
@@ -180,7 +239,7 @@ mod tests {
             let value: Vec<f32> = cells.iter().map(|&c| if c < 7 { 0.0 } else { f32::from(c) }).collect();
             let (low, high) = (f32::from(low), f32::from(low + step));
             let ridges = ridges(shape, &value);
-            let pieces = Links::new(&ridges, 0.0).pieces(&ridges, &Hysteresis { low, high }).unwrap();
+            let pieces = Links::new(&ridges, 0.0).pieces(&ridges, (low, high), 0.0);
             let expected = reference(shape, &value, low, high);
             for (n, &index) in ridges.index.iter().enumerate() {
                 prop_assert_eq!(pieces.label[n] > 0, expected[index as usize]);
@@ -207,8 +266,20 @@ mod tests {
 
     #[test]
     fn crossed_thresholds_are_refused() {
-        let ridges = Ridges::default();
-        let crossed = Hysteresis { low: 0.2, high: 0.1 };
-        assert!(Links::new(&ridges, 0.0).pieces(&ridges, &crossed).unwrap_err().message.contains("extract.low"));
+        let crossed = Hysteresis { low: 0.2, high: 0.1, min_length_mm: -1.0, ..Hysteresis::default() };
+        let error = crossed.check().unwrap_err();
+        assert!(error.message.contains("extract.low") && error.others.len() == 1);
+    }
+
+    #[test]
+    fn short_pieces_are_dropped() {
+        let mut value = vec![0.0; 5 * 4 * 9];
+        value[..6].fill(1.0);
+        value[4 * 36..4 * 36 + 3].fill(1.0);
+        let ridges = ridges([5, 4, 9], &value);
+        let links = Links::new(&ridges, 0.0);
+        assert_eq!(links.pieces(&ridges, (0.5, 0.5), 0.0).count, 2);
+        let long = links.pieces(&ridges, (0.5, 0.5), 2.5);
+        assert_eq!((long.count, long.label.iter().sum::<u32>()), (1, 6));
     }
 }

@@ -8,21 +8,57 @@
 //! - the closest ray passes over the rim, through a belt, into the water above its surface or below its
 //!   floor;
 //! - the pixel lies outside the picture (beyond the outermost pixels' edges).
+//!
+//! With `exclude_irregular` off the folded rays count too: the closest ray wins, whatever its branch; where a
+//! regular and a folded ray both go through the voxel's centre the regular one is taken.
+//!
+//! **Footprint.** A voxel of side δ covers L = δ m pixels a side, m (px/mm) being the root of the map's local
+//! magnification of areas across the ray. Where L is large, a point sample sees one pixel in L² and its noise,
+//! and roots thinner than the sampling alias; the footprint sample averages over the voxel's own share of the picture
+//! ([`Pyramid`], texel L/√3) and equals the point sample where L <= √3.
 
 use super::Grid;
 use crate::error::{Error, Result};
-use crate::optics::inverse::{LANES, Lanes};
+use crate::optics::inverse::{LANES, March};
 use crate::optics::{Tank, View, ViewMap};
-use crate::photo::Picture;
+use crate::photo::{Picture, Pyramid};
 use ndarray::{ArrayViewMut2, ArrayViewMut4, Axis};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// One view ready to be mapped onto voxels; slabs may be asked for in any order, increasing z being usual.
 #[derive(Debug, Clone)]
 pub struct ViewRenderer {
     map: ViewMap,
-    picture: Picture,
+    pyramid: Pyramid,
+    options: RenderOptions,
+}
+
+/// How a voxel's colour is taken from the photograph.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sampling {
+    /// The mean over the voxel's footprint on the picture.
+    #[default]
+    Footprint,
+    /// The picture's (bilinear) value at one point, as in the paper.
+    Point,
+}
+
+/// What counts as evidence, and how it is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RenderOptions {
+    /// Leave out the rays beyond the fold (paper 2.3.3).
+    pub exclude_irregular: bool,
+    /// How colours are taken.
+    pub sampling: Sampling,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self { exclude_irregular: true, sampling: Sampling::Footprint }
+    }
 }
 
 impl ViewRenderer {
@@ -30,7 +66,7 @@ impl ViewRenderer {
     ///
     /// # Errors
     /// Where view or tank are faulty (see [`ViewMap::new`]) or the picture's size is not the lens's.
-    pub fn new(view: &View, tank: &Tank, undistorted: Picture) -> Result<Self> {
+    pub fn new(view: &View, tank: &Tank, undistorted: &Picture, options: RenderOptions) -> Result<Self> {
         let (height, width, channels) = undistorted.dim();
         let lens = &view.lens;
         if (height, width, channels) != (lens.height, lens.width, 3) {
@@ -40,9 +76,11 @@ impl ViewRenderer {
             ))
             .help("give the camera that took this photograph, or photographs of the size it was calibrated with"));
         }
-        let picture =
-            if undistorted.is_standard_layout() { undistorted } else { undistorted.as_standard_layout().into_owned() };
-        Ok(Self { map: ViewMap::new(&view.ideal(), tank)?, picture })
+        let pyramid = match options.sampling {
+            Sampling::Point => Pyramid::flat(undistorted),
+            Sampling::Footprint => Pyramid::new(undistorted, 64.0),
+        };
+        Ok(Self { map: ViewMap::new(&view.ideal(), tank)?, pyramid, options })
     }
 
     /// Renders the planes `planes` of `grid` into `out`, (z, y, x, 4) u8: red, green, blue, mask (255 where
@@ -79,53 +117,58 @@ impl ViewRenderer {
         }
         let inner_squared = tank.inner_radius_mm().powi(2) * (1.0 + 1e-12);
         let rows = out.nrows();
-        let z = [height; LANES];
         let y: [f64; LANES] = std::array::from_fn(|l| grid.point_mm(0.0, (j + l) as f64, 0.0).y);
-        let mut lanes = self.map.first_guess();
-        for i in 0..grid.shape[2] {
-            let x = [grid.point_mm(0.0, 0.0, i as f64).x; LANES];
-            let wanted: [bool; LANES] = std::array::from_fn(|l| l < rows && x[l] * x[l] + y[l] * y[l] <= inner_squared);
+        let mut march = March::new(&self.map, grid.origin_mm[0], &y, height, grid.spacing_mm);
+        let in_water = |i: usize| -> [bool; LANES] {
+            let x = grid.point_mm(0.0, 0.0, i as f64).x;
+            std::array::from_fn(|l| l < rows && x * x + y[l] * y[l] <= inner_squared)
+        };
+        let texel_mm = match self.options.sampling {
+            Sampling::Point => 0.0,
+            Sampling::Footprint => Pyramid::texel_of_box(grid.spacing_mm),
+        };
+        let mut i = 0;
+        while i < grid.shape[2] {
+            let wanted = in_water(i);
             if !wanted.contains(&true) {
+                i += 1;
                 continue;
             }
-            self.map.solve_lanes(&x, &y, &z, &wanted, &mut lanes);
+            let mut lanes = march.column(i, &wanted);
+            if !self.options.exclude_irregular {
+                let x = grid.point_mm(0.0, 0.0, i as f64).x;
+                self.map.admit_irregular(x, &y, height, &wanted, &mut lanes);
+            }
+            // How far the nearest point is from its ray; a NaN counts as near.
+            let nearest =
+                (0..LANES).filter(|&l| wanted[l]).fold(f64::INFINITY, |d, l| d.min(lanes.distance[l].max(0.0)));
+            if nearest > grid.spacing_mm && self.options.exclude_irregular {
+                // Deep beyond the fold, where the distance changes by less than 2.5 mm per mm: leap, but not past
+                // the column in which another row enters the water.
+                let most = (((nearest / grid.spacing_mm - 1.0) / 2.5) as usize).clamp(1, grid.shape[2] - i);
+                let enters = |i: &usize| in_water(*i).iter().zip(wanted).any(|(&now, before)| now && !before);
+                let next = (i + 1..i + most).find(enters).unwrap_or(i + most);
+                if next > i + 1 {
+                    march.leap();
+                }
+                i = next;
+                continue;
+            }
+            let pixels = self.map.clear_pixels(&lanes);
             for (l, mut row) in out.rows_mut().into_iter().enumerate() {
                 let near = lanes.distance[l] <= grid.spacing_mm;
                 if !(wanted[l] && near) {
                     continue;
                 }
-                if let Some([red, green, blue]) = self.colour(&lanes, l) {
+                if let Some([red, green, blue]) =
+                    self.pyramid.sample(pixels.u[l], pixels.v[l], pixels.px_per_mm[l] * texel_mm)
+                {
                     for (c, value) in [red, green, blue, 255].into_iter().enumerate() {
                         row[4 * i + c] = value;
                     }
                 }
             }
+            i += 1;
         }
     }
-
-    /// Colour along the ray of lane l, where it carries evidence.
-    fn colour(&self, lanes: &Lanes, l: usize) -> Option<[u8; 3]> {
-        let (u, v) = self.map.clear_pixel(lanes.b[l], lanes.s[l])?;
-        bilinear(&self.picture, u, v)
-    }
-}
-
-/// Bilinear value, rounded; `None` beyond the outermost pixels' edges, their centres' values within.
-fn bilinear(picture: &Picture, u: f64, v: f64) -> Option<[u8; 3]> {
-    let (height, width, _) = picture.dim();
-    let (right, bottom) = ((width - 1) as f64, (height - 1) as f64);
-    if !(u >= -0.5 && v >= -0.5 && u <= right + 0.5 && v <= bottom + 0.5) {
-        return None;
-    }
-    let (u, v) = (u.clamp(0.0, right), v.clamp(0.0, bottom));
-    let (u0, v0) = ((u as usize).min(width.saturating_sub(2)), (v as usize).min(height.saturating_sub(2)));
-    let (u1, v1) = ((u0 + 1).min(width - 1), (v0 + 1).min(height - 1));
-    let (fu, fv) = ((u - u0 as f64) as f32, (v - v0 as f64) as f32);
-    let pixels = picture.as_slice()?;
-    let at = |row: usize, column: usize, c: usize| f32::from(pixels[3 * (row * width + column) + c]);
-    Some(std::array::from_fn(|c| {
-        let top = at(v0, u0, c) + fu * (at(v0, u1, c) - at(v0, u0, c));
-        let low = at(v1, u0, c) + fu * (at(v1, u1, c) - at(v1, u0, c));
-        (top + fv * (low - top) + 0.5) as u8
-    }))
 }

@@ -44,20 +44,33 @@ impl Fold {
     fn stay_within(&mut self, ratio: &dyn Fn(f64) -> f64) {
         let excess = (0..=256)
             .map(|i| i as f64 / 128.0 - 1.0)
-            .map(|t| self.ratio((t + 1.0) / self.scale) / ratio(t))
+            .map(|t| self.ratios(&[(t + 1.0) / self.scale])[0] / ratio(t))
             .fold(1.0, f64::max);
         self.series.iter_mut().for_each(|c| *c /= excess * (1.0 + 1e-6));
     }
 
-    /// b_fold / N₁ at `s²` (Clenshaw).
+    /// Smallest b_fold / N₁, to a millionth below.
+    pub fn smallest(&self) -> f64 {
+        (0..=256).map(|i| self.ratios(&[f64::from(i) / 128.0 / self.scale])[0]).fold(f64::INFINITY, f64::min)
+            * (1.0 - 1e-6)
+    }
+
+    /// b_fold / N₁ at each `s²` (Clenshaw).
     #[inline(always)]
-    pub fn ratio(&self, s2: f64) -> f64 {
-        let t = s2 * self.scale - 1.0;
-        let (mut b1, mut b2) = (0.0, 0.0);
-        for &c in self.series[1..].iter().rev() {
-            (b1, b2) = (c + 2.0 * t * b1 - b2, b1);
+    pub fn ratios<const N: usize>(&self, s2: &[f64; N]) -> [f64; N] {
+        let (mut t, mut b1, mut b2) = ([0.0; N], [0.0; N], [0.0; N]);
+        for l in 0..N {
+            t[l] = s2[l] * self.scale - 1.0;
         }
-        self.series[0] + t * b1 - b2
+        for &c in self.series[1..].iter().rev() {
+            for l in 0..N {
+                (b1[l], b2[l]) = (c + 2.0 * t[l] * b1[l] - b2[l], b1[l]);
+            }
+        }
+        for l in 0..N {
+            b1[l] = self.series[0] + t[l] * b1[l] - b2[l];
+        }
+        b1
     }
 }
 

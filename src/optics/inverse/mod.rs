@@ -16,14 +16,16 @@
 //! rays may cross in the water although each is regular by its exit point.
 
 mod fold;
+mod irregular;
+mod march;
 mod path;
 mod solve;
 
-use super::{Tank, Vec3, View};
+use super::{Mat3, Tank, Vec3, View};
 use crate::error::{Error, Result};
 use fold::Fold;
+pub use march::{LANES, Lanes, March};
 use path::Path;
-pub use solve::{LANES, Lanes};
 
 /// Rays steeper than this (sine against the horizontal, in air; 48 degrees) are not followed.
 const STEEPEST_SINE: f64 = 0.75;
@@ -39,6 +41,10 @@ pub struct ViewMap {
     turn: (f64, f64),
     /// Range of s of the rays that meet the outer wall between rim and underside and are not too steep.
     s_range: (f64, f64),
+    /// Smallest b_fold/N₁ over the range of s.
+    innermost_fold: f64,
+    /// Rotation to the camera's frame from (out, along, down) at the camera in the turned frame.
+    cam_from_turned: Mat3,
 }
 
 /// Where a point in the water is seen.
@@ -57,6 +63,30 @@ pub struct Projection {
     pub wall_z_mm: f64,
     /// Where the ray enters the water, z in mm.
     pub water_z_mm: f64,
+}
+
+/// Where [`LANES`] points are seen.
+#[derive(Debug, Clone, Copy)]
+pub struct Pixels {
+    /// Pixel columns; NaN where nothing is seen.
+    pub u: [f64; LANES],
+    /// Pixel rows.
+    pub v: [f64; LANES],
+    /// Local magnification: the root of the picture's area, px², per area of water across the ray, mm².
+    pub px_per_mm: [f64; LANES],
+}
+
+/// Rays of N points by their invariants in the camera's turned frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Rays<const N: usize> {
+    /// Moments b about the axis.
+    pub b: [f64; N],
+    /// Axial invariants s.
+    pub s: [f64; N],
+    /// Distance of each point from its ray, mm; NaN where no ray can be given.
+    pub distance: [f64; N],
+    /// |∂(b, s) / ∂(across, z)| at the point, 1/mm²: how many rays a patch of water holds.
+    pub density: [f64; N],
 }
 
 /// A ray by its invariants in the camera's turned frame, and how it misses the point it was solved for.
@@ -106,7 +136,18 @@ impl ViewMap {
         let bound = steepest(&path);
         let s_range = (s_to(0.0).min(0.0).max(-bound), s_to(tank.height_mm).max(0.0).min(bound));
         let fold = Fold::new(&path, s_range.0.abs().max(s_range.1).max(1e-3));
-        Ok(Self { view: view.clone(), tank: tank.clone(), path, fold, turn: (c.x / r0, c.y / r0), s_range })
+        let (cos, sin) = (c.x / r0, c.y / r0);
+        let tank_from_turned = Mat3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        Ok(Self {
+            view: view.clone(),
+            tank: tank.clone(),
+            path,
+            innermost_fold: fold.smallest(),
+            fold,
+            turn: (cos, sin),
+            s_range,
+            cam_from_turned: view.rotation * tank_from_turned,
+        })
     }
 
     /// The view this map belongs to.
@@ -141,11 +182,52 @@ impl ViewMap {
         })
     }
 
-    /// Pixel of ray (b, s), where it carries evidence.
-    #[inline]
-    pub fn clear_pixel(&self, b: f64, s: f64) -> Option<(f64, f64)> {
-        let (wall_z_mm, water_z_mm) = self.path.entry_heights(b, s);
-        if self.is_clear(wall_z_mm, water_z_mm) { self.view.pixel_of_direction(&self.direction(b, s)) } else { None }
+    /// Replaces the ray of each wanted lane that no regular ray meets by the closest irregular one, where that is
+    /// closer. `x`, `y`, `z` are the points in the tank frame, mm.
+    pub fn admit_irregular(&self, x: f64, y: &[f64; LANES], z: f64, wanted: &[bool; LANES], lanes: &mut Lanes) {
+        for l in (0..LANES).filter(|&l| wanted[l]) {
+            if lanes.distance[l] > 0.0 {
+                let (px, py) = self.turned(x, y[l]);
+                let found = self.irregular(px, py, z, (lanes.b[l], lanes.s[l]));
+                if found.distance < lanes.distance[l] {
+                    (lanes.b[l], lanes.s[l], lanes.distance[l]) = (found.b, found.s, found.distance);
+                }
+            }
+        }
+    }
+
+    /// Ideal-lens pixels of the rays of `lanes`; NaN where the ray carries no evidence or lies behind the camera.
+    #[inline(always)]
+    pub fn clear_pixels(&self, lanes: &Lanes) -> Pixels {
+        let mut out = Pixels { u: [0.0; LANES], v: [0.0; LANES], px_per_mm: [0.0; LANES] };
+        let (mut wall_z, mut water_z) = ([0.0; LANES], [0.0; LANES]);
+        let lens = &self.view.lens;
+        let inverse_n = 1.0 / self.path.n_squared[0].sqrt();
+        let inverse_moment = inverse_n / self.path.r0;
+        let inverse_water = 1.0 / self.path.n_squared[2];
+        let m = &self.cam_from_turned;
+        for l in 0..LANES {
+            (wall_z[l], water_z[l]) = self.path.entry_heights(lanes.b[l], lanes.s[l]);
+            let (along, down) = (lanes.b[l] * inverse_moment, lanes.s[l] * inverse_n);
+            let inward = (1.0 - along * along - down * down).sqrt();
+            let x = m.m12 * along + m.m13 * down - m.m11 * inward;
+            let y = m.m22 * along + m.m23 * down - m.m21 * inward;
+            let z = m.m32 * along + m.m33 * down - m.m31 * inward;
+            let per_z = if z > 1e-12 { 1.0 / z } else { f64::NAN };
+            let scale = lens.focal_px * per_z;
+            out.u[l] = x * scale + lens.cx;
+            out.v[l] = y * scale + lens.cy;
+            // Solid angle in air of a patch of water across the ray, and its area on the picture.
+            let level = (1.0 - lanes.s[l] * lanes.s[l] * inverse_water).sqrt();
+            let solid_angle = lanes.density[l] * inverse_moment * inverse_n / (inward * level);
+            out.px_per_mm[l] = (scale * scale * per_z * solid_angle).sqrt();
+        }
+        for l in 0..LANES {
+            if !self.is_clear(wall_z[l], water_z[l]) {
+                out.u[l] = f64::NAN;
+            }
+        }
+        out
     }
 
     /// Whether a ray that meets the walls at these heights carries evidence.

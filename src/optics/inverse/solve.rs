@@ -1,120 +1,124 @@
-//! Newton within the regular rays, one point at a time or lanes of points abreast, and the bisection that
-//! takes over where Newton has not settled.
+//! Newton within the regular rays, lanes of points abreast, and the bisection that takes over where Newton has
+//! not settled.
 
 use super::path::Misses;
-use super::{Solved, ViewMap};
+use super::{Rays, Solved, ViewMap};
 
-/// Points solved abreast by [`ViewMap::solve_lanes`].
-pub const LANES: usize = 8;
-
-/// Misses under this count as none, mm.
-const SETTLED_MM: f64 = 1e-9;
+/// A step under this in b (mm) and under a thousandth of it in s settles: what is left is of the order of its
+/// square, or, at worst (a point on the wall at the fold itself), of its own.
+const SETTLED: f64 = 1e-7;
 /// Newton steps before the bisection takes over.
 const MOST_STEPS: usize = 12;
 
-/// Rays of [`LANES`] points, a guess before solving and the solution after.
-#[derive(Debug, Clone, Copy)]
-pub struct Lanes {
-    /// Moments b about the axis.
-    pub b: [f64; LANES],
-    /// Axial invariants s.
-    pub s: [f64; LANES],
-    /// Distance of each point from its ray, mm; NaN where no ray can be given.
-    pub distance: [f64; LANES],
-}
-
 impl ViewMap {
-    /// The guess from which any point can be solved: the ray at the axis at middle height.
-    pub fn first_guess(&self) -> Lanes {
-        let s = 0.5 * (self.s_range.0 + self.s_range.1);
-        Lanes { b: [0.0; LANES], s: [s; LANES], distance: [0.0; LANES] }
-    }
-
     /// Solves one point given in the turned frame; `None` where the ray would pass over rim or underside.
     pub(super) fn solve(&self, x: f64, y: f64, z: f64) -> Option<Solved> {
-        let (mut b, mut s) = (0.0, 0.5 * (self.s_range.0 + self.s_range.1));
-        for _ in 0..MOST_STEPS {
-            let step = self.step(b, s, x, y, z);
-            if step.settled {
-                return Some(Solved { b, s, distance: step.f1.abs() });
-            }
-            (b, s) = (step.b, step.s);
-        }
-        self.bisect(x, y, z)
+        let mut rays = self.axis_rays::<1>();
+        self.solve_rays(&[x], &[y], z, &[true], &mut rays);
+        let ([b], [s], [distance]) = (rays.b, rays.s, rays.distance);
+        (!distance.is_nan()).then_some(Solved { b, s, distance })
     }
 
-    /// Solves [`LANES`] points of the tank frame, mm, starting from the rays in `lanes`. Lanes that are not
-    /// `wanted` are carried along without being settled.
-    #[inline(always)]
-    pub fn solve_lanes(
+    /// Rays straight at the axis, half-way between the steepest ones: the guess from which any point is solved.
+    pub(super) fn axis_rays<const N: usize>(&self) -> Rays<N> {
+        Rays { b: [0.0; N], s: [0.5 * (self.s_range.0 + self.s_range.1); N], distance: [0.0; N], density: [0.0; N] }
+    }
+
+    /// Solves N points of one plane, given in the turned frame, starting from `rays`, which may be anything.
+    /// Lanes that are not `wanted` are carried along without being settled.
+    pub(super) fn solve_rays<const N: usize>(
         &self,
-        x: &[f64; LANES],
-        y: &[f64; LANES],
-        z: &[f64; LANES],
-        wanted: &[bool; LANES],
-        lanes: &mut Lanes,
+        x: &[f64; N],
+        y: &[f64; N],
+        z: f64,
+        wanted: &[bool; N],
+        rays: &mut Rays<N>,
     ) {
-        let mut px = [0.0; LANES];
-        let mut py = [0.0; LANES];
-        for l in 0..LANES {
-            (px[l], py[l]) = self.turned(x[l], y[l]);
+        for s in &mut rays.s {
+            // A NaN becomes the lower end.
+            *s = s.max(self.s_range.0).min(self.s_range.1);
         }
+        let fold = self.fold_moments(&rays.s);
+        for (b, fold) in rays.b.iter_mut().zip(fold) {
+            *b = b.max(-fold).min(fold);
+        }
+        let mut settled = [false; N];
         for _ in 0..MOST_STEPS {
-            let mut settled = [true; LANES];
-            let mut next = *lanes;
-            for l in 0..LANES {
-                let step = self.step(lanes.b[l], lanes.s[l], px[l], py[l], z[l]);
-                next.b[l] = step.b;
-                next.s[l] = step.s;
-                next.distance[l] = step.f1.abs();
-                settled[l] = step.settled | !wanted[l];
-            }
-            if settled.iter().all(|&s| s) {
-                lanes.distance = next.distance;
+            settled = self.step(x, y, z, rays);
+            if (0..N).all(|l| settled[l] | !wanted[l]) {
                 return;
             }
-            *lanes = next;
         }
-        for l in 0..LANES {
-            if wanted[l] {
-                let step = self.step(lanes.b[l], lanes.s[l], px[l], py[l], z[l]);
-                if step.settled {
-                    lanes.distance[l] = step.f1.abs();
-                    continue;
+        for l in (0..N).filter(|&l| wanted[l] && !settled[l]) {
+            match self.bisect(x[l], y[l], z) {
+                Some(found) => {
+                    (rays.b[l], rays.s[l], rays.distance[l]) = (found.b, found.s, found.distance);
+                    let m = self.path.misses(found.b, found.s, x[l], y[l], z);
+                    rays.density[l] = (1.0 / (m.f1_b * m.f2_s - m.f1_s * m.f2_b)).abs();
                 }
-                match self.bisect(px[l], py[l], z[l]) {
-                    Some(found) => (lanes.b[l], lanes.s[l], lanes.distance[l]) = (found.b, found.s, found.distance),
-                    None => lanes.distance[l] = f64::NAN,
-                }
+                None => rays.distance[l] = f64::NAN,
             }
         }
     }
 
-    /// Largest regular |b| at s.
+    /// Largest regular |b| at each s.
     #[inline(always)]
-    pub(super) fn fold_moment(&self, s: f64) -> f64 {
-        self.fold.ratio(s * s) * (self.path.n_squared[0] - s * s).sqrt()
+    pub(super) fn fold_moments<const N: usize>(&self, s: &[f64; N]) -> [f64; N] {
+        let mut out = [0.0; N];
+        for l in 0..N {
+            out[l] = s[l] * s[l];
+        }
+        let ratio = self.fold.ratios(&out);
+        for l in 0..N {
+            out[l] = ratio[l] * (self.path.n_squared[0] - s[l] * s[l]).sqrt();
+        }
+        out
     }
 
-    /// One Newton step, kept between the folds and within the range of s.
+    /// One Newton step, kept between the folds and within the range of s; tells which lanes have settled.
     #[inline(always)]
-    fn step(&self, b: f64, s: f64, x: f64, y: f64, z: f64) -> Step {
-        let m = self.path.misses(b, s, x, y, z);
-        let fold = self.fold_moment(s);
-        let inverse = 1.0 / (m.f1_b * m.f2_s - m.f1_s * m.f2_b);
-        let free = b - (m.f1 * m.f2_s - m.f2 * m.f1_s) * inverse;
-        // A step beyond the fold stops on it; s then answers F₂ alone.
-        let s_with =
-            |b_next: f64| (s - (m.f2 + m.f2_b * (b_next - b)) / m.f2_s).max(self.s_range.0).min(self.s_range.1);
-        let outward = free.abs() > fold;
-        let kept = if outward { self.fold_moment(s_with(fold.copysign(free))).copysign(free) } else { free };
-        let s_next = s_with(kept);
-        let next_fold = self.fold_moment(s_next);
-        let b_next = if outward { next_fold.copysign(free) } else { free.max(-next_fold).min(next_fold) };
-        // Settled: on the ray; or on the fold with the point beyond it.
-        let on_ray = m.f1.abs() < SETTLED_MM;
-        let beyond = (m.f1 > 0.0 && b >= fold * (1.0 - 1e-15)) | (m.f1 < 0.0 && b <= -fold * (1.0 - 1e-15));
-        Step { b: b_next, s: s_next, f1: m.f1, settled: (on_ray | beyond) & (m.f2.abs() < SETTLED_MM) }
+    fn step<const N: usize>(&self, x: &[f64; N], y: &[f64; N], z: f64, rays: &mut Rays<N>) -> [bool; N] {
+        let (low, high) = self.s_range;
+        let (b, s) = (rays.b, rays.s);
+        let fold = self.fold_moments(&s);
+        let (mut free, mut f1) = ([0.0; N], [0.0; N]);
+        // The s that answers F₂ for a given b: s_free + s_per_b (b - b_now).
+        let (mut s_free, mut s_per_b) = ([0.0; N], [0.0; N]);
+        let mut s_on_fold = [0.0; N];
+        for l in 0..N {
+            let m = self.path.misses(b[l], s[l], x[l], y[l], z);
+            let inverse = 1.0 / (m.f1_b * m.f2_s - m.f1_s * m.f2_b);
+            rays.density[l] = inverse.abs();
+            free[l] = b[l] - (m.f1 * m.f2_s - m.f2 * m.f1_s) * inverse;
+            f1[l] = m.f1;
+            let per_s = 1.0 / m.f2_s;
+            s_free[l] = s[l] - m.f2 * per_s;
+            s_per_b[l] = -m.f2_b * per_s;
+            s_on_fold[l] = (s_free[l] + s_per_b[l] * (fold[l].copysign(free[l]) - b[l])).max(low).min(high);
+        }
+        // A step beyond the fold stops on it.
+        let stop = self.fold_moments(&s_on_fold);
+        for l in 0..N {
+            let kept = if free[l].abs() > fold[l] { stop[l].copysign(free[l]) } else { free[l] };
+            rays.s[l] = (s_free[l] + s_per_b[l] * (kept - b[l])).max(low).min(high);
+        }
+        let next_fold = self.fold_moments(&rays.s);
+        let mut settled = [false; N];
+        for l in 0..N {
+            let outward = free[l].abs() > fold[l];
+            let kept =
+                if outward { next_fold[l].copysign(free[l]) } else { free[l].max(-next_fold[l]).min(next_fold[l]) };
+            // Far from the point the slope may have the wrong sign and lead to the fold on the other side: back
+            // towards the axis.
+            let astray = outward & (f1[l] * free[l] < 0.0);
+            rays.b[l] = if astray { 0.5 * b[l] } else { kept };
+            rays.distance[l] = if outward { f1[l].abs() } else { 0.0 };
+            // At the end of the range of s a small step means nothing.
+            let inside = (rays.s[l] > low) & (rays.s[l] < high);
+            settled[l] =
+                ((rays.b[l] - b[l]).abs() < SETTLED) & ((rays.s[l] - s[l]).abs() < 1e-3 * SETTLED) & inside & !astray;
+        }
+        settled
     }
 
     /// The solution by bisection in s, with b bisected between the folds for each s; `None` where it lies
@@ -134,7 +138,7 @@ impl ViewMap {
 
     /// The ray of this s that passes the point in plan, or, where none does, the fold's on the point's side.
     fn level(&self, s: f64, x: f64, y: f64, z: f64) -> (f64, Misses) {
-        let fold = self.fold_moment(s);
+        let [fold] = self.fold_moments(&[s]);
         let at = |b: f64| (b, self.path.misses(b, s, x, y, z));
         let (mut low, mut high) = (-fold, fold);
         // F₁ falls with b.
@@ -154,12 +158,4 @@ impl ViewMap {
 fn between(low: f64, high: f64) -> Option<f64> {
     let middle = 0.5 * (low + high);
     (low < middle && middle < high).then_some(middle)
-}
-
-/// A Newton step and the misses of the ray it started from.
-struct Step {
-    b: f64,
-    s: f64,
-    f1: f64,
-    settled: bool,
 }

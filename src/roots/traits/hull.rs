@@ -108,9 +108,8 @@ pub fn spatial(points: &[Vec3]) -> Hull {
         let normal = (points[f[1]] - points[f[0]]).cross(&(points[f[2]] - points[f[0]]));
         normal.dot(&(p - points[f[0]])) / normal.norm().max(1e-300)
     };
-    for p in 0..points.len() {
-        let (seen, rest): (Vec<[usize; 3]>, Vec<[usize; 3]>) =
-            faces.iter().partition(|f| height(f, &points[p]) > tolerance);
+    for (p, point) in points.iter().enumerate() {
+        let (seen, rest): (Vec<[usize; 3]>, Vec<[usize; 3]>) = faces.iter().partition(|f| height(f, point) > tolerance);
         if seen.is_empty() {
             continue;
         }

@@ -3,7 +3,7 @@
 use super::{Step, TraitParams, steps, topology};
 use crate::optics::Vec3;
 use crate::roots::{Root, curve};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// A row of `per_root.csv`; NaN where a trait has no meaning (no parent).
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -17,8 +17,10 @@ pub struct PerRoot {
     /// Arc length of the centreline, mm.
     pub length_mm: f64,
     /// Path over chord of base and tip, ≥ 1.
+    #[serde(serialize_with = "finite")]
     pub tortuosity: f64,
     /// Length-weighted mean, mm.
+    #[serde(serialize_with = "finite")]
     pub mean_diameter_mm: f64,
     /// At the first point, mm.
     pub base_diameter_mm: f64,
@@ -29,21 +31,32 @@ pub struct PerRoot {
     /// mm².
     pub surface_area_mm2: f64,
     /// Arc position on the parent, from its base, mm.
+    #[serde(serialize_with = "finite")]
     pub insertion_mm: f64,
     /// Between the root's first stretch and the parent's direction towards its tip there, degrees.
+    #[serde(serialize_with = "finite")]
     pub insertion_angle_deg: f64,
     /// Between the first stretch and straight down, degrees.
+    #[serde(serialize_with = "finite")]
     pub emergence_angle_deg: f64,
     /// Between the middle stretch and straight down, degrees.
+    #[serde(serialize_with = "finite")]
     pub midpoint_angle_deg: f64,
     /// Between the last stretch and straight down, degrees.
+    #[serde(serialize_with = "finite")]
     pub tip_angle_deg: f64,
     /// Roots that spring from it.
     pub laterals: usize,
     /// Laterals over length, 1/mm.
+    #[serde(serialize_with = "finite")]
     pub lateral_density_per_mm: f64,
     /// Depth of the tip under the water surface, mm.
     pub tip_depth_mm: f64,
+}
+
+/// An empty cell instead of NaN or infinity.
+fn finite<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    value.is_finite().then_some(*value).serialize(serializer)
 }
 
 /// Unit direction over the stretch of `length` about arc position `s`.

@@ -26,6 +26,10 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }
 
+fn paper() -> Merge {
+    Merge { estimator: Estimator::GeometricMedian, ..Merge::default() }
+}
+
 /// One voxel row of which every voxel holds the same views.
 fn volumes(points: &[[u8; 3]], width: usize) -> Vec<Array4<u8>> {
     points
@@ -57,7 +61,7 @@ proptest! {
     #[test]
     fn geometric_median_is_the_minimiser(points in prop::collection::vec(prop::array::uniform3(0u8..12), 3..24)) {
         // Few codes: coincident points and minimisers at data points are frequent.
-        let params = Merge { tolerance: 1e-5, max_steps: 5000, ..Merge::default() };
+        let params = Merge { tolerance: 1e-5, max_steps: 5000, ..paper() };
         let out = merged(&volumes(&points, 3), &params);
         let exact: Vec<_> = points.iter().map(|p| p.map(|x| f64::from(x) / 255.0)).collect();
         let (_, least) = reference(&exact);
@@ -85,7 +89,7 @@ proptest! {
 fn a_minority_of_any_colour_does_not_move_the_median_far() {
     let mut points = vec![[100, 100, 100]; 10];
     points.extend([[255, 0, 0]; 9]);
-    let out = merged(&volumes(&points, 1), &Merge::default());
+    let out = merged(&volumes(&points, 1), &paper());
     for c in 0..3 {
         assert!((out.colour[[0, 0, 0, c]] - 100.0 / 255.0).abs() < 1e-6);
     }
@@ -112,7 +116,9 @@ fn cut<T>(mut volume: ArrayView4<T>, from: usize, to: usize) -> ArrayView4<T> {
 #[test]
 fn bricks_equal_the_whole_bit_for_bit_in_every_mode() {
     let volumes = random((5, 4, 37), 9, 7);
-    for estimator in [Estimator::GeometricMedian, Estimator::Mean, Estimator::Median, Estimator::Quantile] {
+    for estimator in
+        [Estimator::GeometricMedian, Estimator::Mean, Estimator::Median, Estimator::Quantile, Estimator::LowMean]
+    {
         for metric in [Metric::Rgb, Metric::Lab] {
             let params = Merge { estimator, metric, ..Merge::default() };
             let whole = merged(&volumes, &params);
@@ -133,7 +139,7 @@ fn bricks_equal_the_whole_bit_for_bit_in_every_mode() {
 #[test]
 fn lab_and_rgb_agree_where_all_views_agree() {
     let volumes = volumes(&[[120, 80, 40]; 4], 1);
-    let out = merged(&volumes, &Merge { metric: Metric::Lab, ..Merge::default() });
+    let out = merged(&volumes, &Merge { metric: Metric::Lab, ..paper() });
     for (c, code) in [120.0, 80.0, 40.0].into_iter().enumerate() {
         assert!((out.colour[[0, 0, 0, c]] * 255.0 - code).abs() < 0.1);
     }
@@ -147,4 +153,39 @@ fn bad_input_is_refused() {
     assert!(merge(&[], &Merge::default()).is_err());
     let error = Merge { quantile: 2.0, tolerance: f32::NAN, ..Merge::default() }.check().unwrap_err();
     assert_eq!(error.others.len(), 1);
+}
+
+#[test]
+fn the_low_mean_takes_the_share_of_views_that_it_names() {
+    let points: Vec<_> = [90, 10, 70, 30, 50].iter().map(|&v| [v, v, 255 - v]).collect();
+    let low = |quantile| {
+        let params = Merge { estimator: Estimator::LowMean, quantile, ..Merge::default() };
+        let colour = merged(&volumes(&points, 1), &params).colour;
+        [colour[[0, 0, 0, 0]] * 255.0, colour[[0, 0, 0, 2]] * 255.0]
+    };
+    for (q, expected) in
+        [(0.0, [10.0, 165.0]), (0.2, [10.0, 165.0]), (0.4, [20.0, 175.0]), (0.5, [26.0, 181.0]), (1.0, [50.0, 205.0])]
+    {
+        let got = low(q);
+        assert!((got[0] - expected[0]).abs() < 1e-3 && (got[1] - expected[1]).abs() < 1e-3, "{q}: {got:?}");
+    }
+}
+
+#[test]
+fn gray_views_give_gray_estimates() {
+    let mut volumes = random((3, 4, 20), 7, 3);
+    let gray = |v: &mut Array4<u8>| {
+        v.axis_iter_mut(Axis(2)).for_each(|mut x| {
+            for mut voxel in x.lanes_mut(Axis(2)) {
+                (voxel[1], voxel[2]) = (voxel[0], voxel[0]);
+            }
+        })
+    };
+    let coloured = merged(&volumes, &Merge { estimator: Estimator::LowMean, ..Merge::default() });
+    volumes.iter_mut().for_each(gray);
+    let out = merged(&volumes, &Merge { estimator: Estimator::LowMean, ..Merge::default() });
+    let channel =
+        |m: &Merged, c: usize| m.colour.index_axis(Axis(3), c).iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(channel(&out, 1), channel(&out, 0));
+    assert_eq!(channel(&out, 0), channel(&coloured, 0));
 }

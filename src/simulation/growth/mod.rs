@@ -15,12 +15,15 @@
 //! they creep along the wall as real ones do. Each root has its own random stream: a change of one root's
 //! parameters leaves the roots before it as they were.
 
+mod params;
+
+pub use params::{GrowthParams, LateralParams, MainParams, Preset};
+
 use crate::error::{Error, Result};
 use crate::optics::{Tank, Vec3};
 use crate::roots::Root;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 /// Distance between neighbouring centreline points, mm.
 const STEP_MM: f64 = 0.4;
@@ -30,192 +33,6 @@ const CLEARANCE_MM: f64 = 1.0;
 const BEND_LENGTH_MM: f64 = 6.0;
 /// Below this distance from the inner wall a root turns along it, mm.
 const WALL_SENSE_MM: f64 = 8.0;
-
-/// The main roots, which start at the crown.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct MainParams {
-    /// Number of main roots: 1 for a taproot, more for a fibrous system.
-    pub count: usize,
-    /// Mean length, mm.
-    pub length_mm: f64,
-    /// Relative spread of the lengths: uniform within ± this share, 0..1.
-    pub length_spread: f64,
-    /// Diameter at the base, mm.
-    pub base_diameter_mm: f64,
-    /// Diameter at the tip, mm.
-    pub tip_diameter_mm: f64,
-    /// Largest angle to the vertical at which a main root starts, degrees 0..90.
-    pub start_angle_deg: f64,
-    /// Standard deviation of the curvature, degrees per mm.
-    pub wander_deg_per_mm: f64,
-    /// Rate at which a horizontal root turns down, degrees per mm.
-    pub gravitropism_deg_per_mm: f64,
-}
-
-/// The laterals of one order.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LateralParams {
-    /// Number of laterals over all parents, shared out by the parents' lengths.
-    pub count: usize,
-    /// Part of the parent that bears laterals: [from, to] as shares of its length, 0 base, 1 tip.
-    pub zone: [f64; 2],
-    /// Mean length, mm.
-    pub length_mm: f64,
-    /// Relative spread of the lengths: uniform within ± this share, 0..1.
-    pub length_spread: f64,
-    /// Diameter at the base, mm: uniform within [from, to]; never over the parent's there.
-    pub base_diameter_mm: [f64; 2],
-    /// Diameter at the tip, mm.
-    pub tip_diameter_mm: f64,
-    /// Angle to the parent at the insertion, degrees 0..180.
-    pub insertion_angle_deg: f64,
-    /// Spread of that angle: uniform within ± this, degrees.
-    pub insertion_spread_deg: f64,
-    /// Standard deviation of the curvature, degrees per mm.
-    pub wander_deg_per_mm: f64,
-    /// Rate at which a horizontal root turns down, degrees per mm.
-    pub gravitropism_deg_per_mm: f64,
-}
-
-/// How a root system grows.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct GrowthParams {
-    /// Depth of the crown below the rim, mm: where the main roots start, near the axis.
-    pub crown_mm: f64,
-    /// Greatest distance of the crown from the tank's axis, mm.
-    pub crown_offset_mm: f64,
-    /// Order 0.
-    pub main: MainParams,
-    /// Order 1: laterals of the main roots.
-    pub first_order: LateralParams,
-    /// Order 2: laterals of the first-order laterals.
-    pub second_order: LateralParams,
-}
-
-impl Default for MainParams {
-    /// One taproot.
-    fn default() -> Self {
-        Self {
-            count: 1,
-            length_mm: 180.0,
-            length_spread: 0.1,
-            base_diameter_mm: 3.0,
-            tip_diameter_mm: 0.6,
-            start_angle_deg: 4.0,
-            wander_deg_per_mm: 1.2,
-            gravitropism_deg_per_mm: 1.0,
-        }
-    }
-}
-
-impl Default for LateralParams {
-    /// Those of a taproot's first order.
-    fn default() -> Self {
-        Self {
-            count: 24,
-            zone: [0.04, 0.85],
-            length_mm: 100.0,
-            length_spread: 0.5,
-            base_diameter_mm: [0.9, 1.6],
-            tip_diameter_mm: 0.5,
-            insertion_angle_deg: 75.0,
-            insertion_spread_deg: 15.0,
-            wander_deg_per_mm: 2.0,
-            gravitropism_deg_per_mm: 0.5,
-        }
-    }
-}
-
-impl Default for GrowthParams {
-    /// A taproot with laterals of two orders, at home in a tank of 90 mm radius.
-    fn default() -> Self {
-        Self {
-            crown_mm: 3.0,
-            crown_offset_mm: 5.0,
-            main: MainParams::default(),
-            first_order: LateralParams::default(),
-            second_order: LateralParams {
-                count: 46,
-                zone: [0.1, 0.8],
-                length_mm: 38.0,
-                length_spread: 0.6,
-                base_diameter_mm: [0.6, 0.9],
-                tip_diameter_mm: 0.4,
-                insertion_angle_deg: 60.0,
-                insertion_spread_deg: 20.0,
-                wander_deg_per_mm: 3.0,
-                gravitropism_deg_per_mm: 0.2,
-            },
-        }
-    }
-}
-
-impl GrowthParams {
-    /// Fails where a number is out of its range.
-    ///
-    /// # Errors
-    /// Every fault at once, each naming its key.
-    pub fn check(&self) -> Result<()> {
-        let mut faults = Vec::new();
-        let mut need = |ok: bool, key: &str, value: String, remedy: &str| {
-            if !ok {
-                faults.push(Error::usage(format!("simulate.growth.{key} is {value}")).help(remedy));
-            }
-        };
-        let positive = |x: f64| x.is_finite() && x > 0.0;
-        let share = |x: f64| (0.0..=1.0).contains(&x);
-        let m = &self.main;
-        need(positive(m.length_mm), "main.length_mm", m.length_mm.to_string(), "give a positive length in mm");
-        need(share(m.length_spread), "main.length_spread", m.length_spread.to_string(), "give a share, 0 to 1");
-        for (key, d) in [
-            ("main.base_diameter_mm", m.base_diameter_mm),
-            ("main.tip_diameter_mm", m.tip_diameter_mm),
-            ("first_order.tip_diameter_mm", self.first_order.tip_diameter_mm),
-            ("second_order.tip_diameter_mm", self.second_order.tip_diameter_mm),
-        ] {
-            need(positive(d) && d <= 20.0, key, d.to_string(), "give a diameter of at most 20 mm");
-        }
-        for (order, l) in [("first_order", &self.first_order), ("second_order", &self.second_order)] {
-            let key = |name: &str| format!("{order}.{name}");
-            need(positive(l.length_mm), &key("length_mm"), l.length_mm.to_string(), "give a positive length in mm");
-            need(share(l.length_spread), &key("length_spread"), l.length_spread.to_string(), "give a share, 0 to 1");
-            let [a, b] = l.zone;
-            need(share(a) && share(b) && a <= b, &key("zone"), format!("[{a}, {b}]"), "give shares 0 to 1, from <= to");
-            let [a, b] = l.base_diameter_mm;
-            need(
-                positive(a) && positive(b) && a <= b && b <= 20.0,
-                &key("base_diameter_mm"),
-                format!("[{a}, {b}]"),
-                "give diameters of at most 20 mm, from <= to",
-            );
-        }
-        for (key, x) in [
-            ("crown_mm", self.crown_mm),
-            ("crown_offset_mm", self.crown_offset_mm),
-            ("main.start_angle_deg", m.start_angle_deg),
-            ("main.wander_deg_per_mm", m.wander_deg_per_mm),
-            ("main.gravitropism_deg_per_mm", m.gravitropism_deg_per_mm),
-            ("first_order.insertion_angle_deg", self.first_order.insertion_angle_deg),
-            ("first_order.wander_deg_per_mm", self.first_order.wander_deg_per_mm),
-            ("second_order.insertion_angle_deg", self.second_order.insertion_angle_deg),
-            ("second_order.wander_deg_per_mm", self.second_order.wander_deg_per_mm),
-        ] {
-            need(x.is_finite() && x >= 0.0, key, x.to_string(), "give a number of at least 0");
-        }
-        for (key, x) in [
-            ("first_order.gravitropism_deg_per_mm", self.first_order.gravitropism_deg_per_mm),
-            ("second_order.gravitropism_deg_per_mm", self.second_order.gravitropism_deg_per_mm),
-            ("first_order.insertion_spread_deg", self.first_order.insertion_spread_deg),
-            ("second_order.insertion_spread_deg", self.second_order.insertion_spread_deg),
-        ] {
-            need(x.is_finite(), key, x.to_string(), "give a number");
-        }
-        Error::many(faults)
-    }
-}
 
 /// Grows a root system inside the tank: main roots first, then the laterals order by order; `id` is the
 /// position in the list, a lateral's first point is a point of its parent.

@@ -1,0 +1,240 @@
+//! The normal equations with the points eliminated.
+
+use super::state::{COMMON, Network, POSE, Projection, State, on_cylinder};
+use super::{AdjustParams, Loss};
+use crate::optics::Vec3;
+use nalgebra::{DMatrix, DVector, Matrix2, SMatrix, Vector2};
+
+/// Standard deviations of the residuals, px.
+#[derive(Debug, Clone)]
+pub(super) struct Sigmas {
+    /// Per track and sighting.
+    pub belt_px: Vec<Vec<f64>>,
+    /// Of all outline points.
+    pub outline_px: f64,
+}
+
+/// What one point leaves behind for its own step.
+pub(super) struct Eliminated {
+    inverse: Matrix2<f64>,
+    right: Vector2<f64>,
+    /// Coupling with the lens and, per sighting, with a pose.
+    lens: SMatrix<f64, COMMON, 2>,
+    poses: Vec<(usize, SMatrix<f64, POSE, 2>)>,
+}
+
+pub(super) struct Normal {
+    pub matrix: DMatrix<f64>,
+    pub right: DVector<f64>,
+    pub points: Vec<Eliminated>,
+}
+
+impl Normal {
+    /// The points' steps that go with a step of the rest.
+    pub fn point_steps(&self, step: &DVector<f64>) -> Vec<Vector2<f64>> {
+        let lens = step.fixed_rows::<COMMON>(0);
+        let of = |p: &Eliminated| {
+            let mut right = p.right - p.lens.transpose() * lens;
+            for (at, w) in &p.poses {
+                right -= w.transpose() * step.fixed_rows::<POSE>(*at);
+            }
+            p.inverse * right
+        };
+        self.points.iter().map(of).collect()
+    }
+}
+
+/// Distance of an outline point from its ring along the ring's outward normal in the picture, with the
+/// normal; also the azimuth of the ring's nearest point.
+pub(super) struct OutlineResidual {
+    pub value: f64,
+    pub normal: Vector2<f64>,
+    pub azimuth: f64,
+    pub projection: Projection,
+}
+
+pub(super) fn outline_residual(network: &Network, state: &State, k: usize) -> Option<OutlineResidual> {
+    let seen = &network.outline[k];
+    let ring = &network.rings[seen.ring];
+    let mut azimuth = state.azimuths[k];
+    let target = Vector2::new(seen.u, seen.v);
+    for _ in 0..3 {
+        let (x, by) = on_cylinder(ring.radius_mm + state.thicker_mm, azimuth, ring.z_mm);
+        let p = state.project(seen.view, &x)?;
+        let tangent = p.by_point * by.column(0);
+        // A ring seen edge-on turns back at its ends: the step is bounded there.
+        azimuth += (tangent.dot(&(target - p.pixel)) / tangent.norm_squared().max(1e-12)).clamp(-0.05, 0.05);
+    }
+    let (x, by) = on_cylinder(ring.radius_mm + state.thicker_mm, azimuth, ring.z_mm);
+    let projection = state.project(seen.view, &x)?.rides_on_radius(azimuth);
+    let tangent: Vector2<f64> = (projection.by_point * by.column(0)).normalize();
+    let mut normal = Vector2::new(-tangent.y, tangent.x);
+    let away = projection.by_point * Vec3::new(0.0, 0.0, ring.outward);
+    if normal.dot(&away) < 0.0 {
+        normal = -normal;
+    }
+    let value = normal.dot(&(projection.pixel - target)) + state.offsets[seen.ring];
+    Some(OutlineResidual { value, normal, azimuth, projection })
+}
+
+/// Prior residuals of the unknowns: (index, deviation from the prior's mean, standard deviation);
+/// standard deviation 0 holds the unknown.
+pub(super) fn priors(network: &Network, params: &AdjustParams, state: &State) -> Vec<(usize, f64, f64)> {
+    let l = state.common_values();
+    let (w, h) = (state.lens.width as f64, state.lens.height as f64);
+    let centre = params.principal_point_sigma * w;
+    let mut out = vec![
+        (1, l[1] - 0.5 * (w - 1.0), centre),
+        (2, l[2] - 0.5 * (h - 1.0), centre),
+        (3, l[3], params.radial_sigma),
+        (4, l[4], params.radial_sigma),
+        (5, l[5], params.tangential_sigma),
+        (6, l[6], params.tangential_sigma),
+        (7, l[7], params.k3_sigma),
+        (8, l[8], params.radius_sigma_mm),
+    ];
+    if let Some((focal, sigma)) = network.focal_prior_px {
+        out.push((0, l[0] - focal, sigma));
+    }
+    out.extend(state.offsets.iter().enumerate().map(|(k, o)| (state.offset_index(k), *o, params.edge_offset_sigma_px)));
+    out
+}
+
+/// Robust cost: Σ scale² ρ(r / scale σ), plus priors; sightings behind a camera count as far outliers.
+pub(super) fn cost(network: &Network, params: &AdjustParams, state: &State, sigmas: &Sigmas) -> f64 {
+    let scale = params.loss_scale;
+    let rho = |x: f64| scale * scale * params.loss.rho(x / scale);
+    let mut sum = 0.0;
+    for ((track, &(azimuth, z)), sigma) in network.tracks.iter().zip(&state.points).zip(&sigmas.belt_px) {
+        let (x, _) = on_cylinder(network.belt_radius_mm + state.thicker_mm, azimuth, z);
+        for (s, sigma_px) in track.iter().zip(sigma) {
+            let miss = state.project(s.view, &x).map_or(1e3, |p| (p.pixel - Vector2::new(s.u, s.v)).norm());
+            sum += rho(miss / sigma_px);
+        }
+    }
+    for k in 0..network.outline.len() {
+        sum += rho(outline_residual(network, state, k).map_or(1e3, |r| r.value) / sigmas.outline_px);
+    }
+    for (_, miss, sigma) in priors(network, params, state) {
+        if sigma > 0.0 {
+            sum += (miss / sigma).powi(2);
+        }
+    }
+    sum
+}
+
+/// Normal equations at `state`; `damping` multiplies the diagonals by 1 + damping.
+pub(super) fn normal(network: &Network, params: &AdjustParams, state: &State, sigmas: &Sigmas, damping: f64) -> Normal {
+    let n = state.size();
+    let mut matrix = DMatrix::<f64>::zeros(n, n);
+    let mut right = DVector::<f64>::zeros(n);
+    let weight = |x: f64| Loss::weight(params.loss, x / params.loss_scale);
+    let mut points = Vec::with_capacity(network.tracks.len());
+    for ((track, &(azimuth, z)), sigma) in network.tracks.iter().zip(&state.points).zip(&sigmas.belt_px) {
+        let (x, by) = on_cylinder(network.belt_radius_mm + state.thicker_mm, azimuth, z);
+        let mut point = Matrix2::zeros();
+        let mut point_right = Vector2::zeros();
+        let mut lens = SMatrix::<f64, COMMON, 2>::zeros();
+        let mut poses = Vec::with_capacity(track.len());
+        for (s, sigma_px) in track.iter().zip(sigma) {
+            let Some(p) = state.project(s.view, &x) else { continue };
+            let p = p.rides_on_radius(azimuth);
+            let miss = p.pixel - Vector2::new(s.u, s.v);
+            let w = weight(miss.norm() / sigma_px) / (sigma_px * sigma_px);
+            let by_point: Matrix2<f64> = p.by_point * by;
+            let at = state.pose_index(s.view);
+            add(&mut matrix, 0, 0, &(p.by_common.transpose() * p.by_common * w));
+            add(&mut matrix, 0, at, &(p.by_common.transpose() * p.by_pose * w));
+            add(&mut matrix, at, at, &(p.by_pose.transpose() * p.by_pose * w));
+            add_vector(&mut right, 0, &(p.by_common.transpose() * miss * -w));
+            add_vector(&mut right, at, &(p.by_pose.transpose() * miss * -w));
+            point += by_point.transpose() * by_point * w;
+            point_right -= by_point.transpose() * miss * w;
+            lens += p.by_common.transpose() * by_point * w;
+            poses.push((at, p.by_pose.transpose() * by_point * w));
+        }
+        point[(0, 0)] *= 1.0 + damping;
+        point[(1, 1)] *= 1.0 + damping;
+        let inverse = point.try_inverse().unwrap_or_else(Matrix2::zeros);
+        points.push(Eliminated { inverse, right: point_right, lens, poses });
+    }
+    for k in 0..network.outline.len() {
+        let Some(r) = outline_residual(network, state, k) else { continue };
+        let w = weight(r.value / sigmas.outline_px) / (sigmas.outline_px * sigmas.outline_px);
+        let by_common = r.normal.transpose() * r.projection.by_common;
+        let by_pose = r.normal.transpose() * r.projection.by_pose;
+        let at = state.pose_index(network.outline[k].view);
+        let offset = state.offset_index(network.outline[k].ring);
+        add(&mut matrix, 0, 0, &(by_common.transpose() * by_common * w));
+        add(&mut matrix, 0, offset, &(by_common.transpose() * w));
+        add(&mut matrix, 0, at, &(by_common.transpose() * by_pose * w));
+        matrix[(offset, offset)] += w;
+        add(&mut matrix, offset, at, &(by_pose * w));
+        add(&mut matrix, at, at, &(by_pose.transpose() * by_pose * w));
+        add_vector(&mut right, 0, &(by_common.transpose() * (-w * r.value)));
+        right[offset] -= w * r.value;
+        add_vector(&mut right, at, &(by_pose.transpose() * (-w * r.value)));
+    }
+    let mut held = Vec::new();
+    for (k, miss, sigma) in priors(network, params, state) {
+        if sigma > 0.0 {
+            matrix[(k, k)] += 1.0 / (sigma * sigma);
+            right[k] -= miss / (sigma * sigma);
+        } else {
+            held.push(k);
+        }
+    }
+    for k in 0..n {
+        matrix[(k, k)] *= 1.0 + damping;
+    }
+    for p in &points {
+        eliminate(&mut matrix, &mut right, p);
+    }
+    matrix.fill_lower_triangle_with_upper_triangle();
+    for k in held {
+        matrix.row_mut(k).fill(0.0);
+        matrix.column_mut(k).fill(0.0);
+        matrix[(k, k)] = 1.0;
+        right[k] = 0.0;
+    }
+    Normal { matrix, right, points }
+}
+
+/// Takes one point out: `S -= W V⁻¹ Wᵀ`, `g -= W V⁻¹ g_p`, in the upper triangle.
+fn eliminate(matrix: &mut DMatrix<f64>, right: &mut DVector<f64>, p: &Eliminated) {
+    let solved = p.inverse * p.right;
+    let lens = p.lens * p.inverse;
+    add(matrix, 0, 0, &-(lens * p.lens.transpose()));
+    add_vector(right, 0, &-(p.lens * solved));
+    for (k, (at, w)) in p.poses.iter().enumerate() {
+        add_vector(right, *at, &-(w * solved));
+        add(matrix, 0, *at, &-(lens * w.transpose()));
+        let y = w * p.inverse;
+        for (other, v) in &p.poses[k..] {
+            let block = -(y * v.transpose());
+            if at == other && !std::ptr::eq(w, v) {
+                // One view sees the point twice: both halves fall on the diagonal block.
+                add(matrix, *at, *at, &(block + block.transpose()));
+            } else if at <= other {
+                add(matrix, *at, *other, &block);
+            } else {
+                add(matrix, *other, *at, &block.transpose());
+            }
+        }
+    }
+}
+
+fn add<const R: usize, const C: usize>(
+    matrix: &mut DMatrix<f64>,
+    row: usize,
+    column: usize,
+    block: &SMatrix<f64, R, C>,
+) {
+    let mut part = matrix.fixed_view_mut::<R, C>(row, column);
+    part += block;
+}
+
+fn add_vector<const R: usize>(vector: &mut DVector<f64>, row: usize, block: &SMatrix<f64, R, 1>) {
+    let mut part = vector.fixed_rows_mut::<R>(row);
+    part += block;
+}

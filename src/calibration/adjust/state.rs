@@ -1,0 +1,204 @@
+//! The adjustment's unknowns, observations and projections with their derivatives.
+
+use crate::calibration::sparse::Sighting;
+use crate::optics::{Lens, Mat3, Vec3, View};
+use nalgebra::{Matrix2, Matrix2x3, Rotation3, SMatrix, Vector2};
+
+/// Unknowns common to all views: f, cx, cy, k1, k2, p1, p2, k3 and the printed surface's radius.
+pub const COMMON: usize = 9;
+/// Unknowns of a pose: ω, δt.
+pub const POSE: usize = 6;
+
+/// A circle about the tank's axis whose edge the photographs show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ring {
+    /// What it is, for messages: `rim`, `floor`.
+    pub name: String,
+    /// Height in the tank frame, mm.
+    pub z_mm: f64,
+    /// Radius, mm.
+    pub radius_mm: f64,
+    /// On which side of the edge the outside lies: -1 above (towards z = 0 and beyond), +1 below.
+    pub outward: f64,
+    /// Whether only the half towards the camera shows (a belt's inner edge); rim and floor show the far
+    /// half to a camera that looks over them.
+    pub near_only: bool,
+}
+
+/// A point of a ring's edge as a photograph shows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutlinePoint {
+    /// Which view.
+    pub view: usize,
+    /// Which ring.
+    pub ring: usize,
+    /// Column, px.
+    pub u: f64,
+    /// Row, px.
+    pub v: f64,
+    /// Azimuth on the ring, radians: a start, followed along by the adjustment.
+    pub azimuth: f64,
+}
+
+/// What is observed.
+#[derive(Debug, Clone)]
+pub struct Network {
+    /// Radius of the printed surface, mm.
+    pub belt_radius_mm: f64,
+    /// Tracks of the belt points.
+    pub tracks: Vec<Vec<Sighting>>,
+    /// How many sightings share their pixels, at least 1: so many count as one.
+    pub redundancy: f64,
+    /// The rings.
+    pub rings: Vec<Ring>,
+    /// Points of their edges.
+    pub outline: Vec<OutlinePoint>,
+    /// Focal length from elsewhere (EXIF) with its standard deviation, px.
+    pub focal_prior_px: Option<(f64, f64)>,
+}
+
+/// Where the adjustment begins.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// Views in the tank frame; all with one lens.
+    pub views: Vec<View>,
+    /// Belt points in the tank frame, one per track, mm.
+    pub points_mm: Vec<Vec3>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    pub lens: Lens,
+    /// By how much the printed surface's radius exceeds the given one, mm.
+    pub thicker_mm: f64,
+    pub poses: Vec<(Mat3, Vec3)>,
+    /// (φ, z).
+    pub points: Vec<(f64, f64)>,
+    /// Azimuth of each outline point.
+    pub azimuths: Vec<f64>,
+    /// Edge offset per ring, px.
+    pub offsets: Vec<f64>,
+}
+
+/// A pixel with its derivatives by the common unknowns, the pose and the point in the tank frame; that by the
+/// radius is 0 until [`Projection::rides_on_radius`] is called.
+pub(super) struct Projection {
+    pub pixel: Vector2<f64>,
+    pub by_common: SMatrix<f64, 2, COMMON>,
+    pub by_pose: SMatrix<f64, 2, POSE>,
+    pub by_point: Matrix2x3<f64>,
+}
+
+impl State {
+    pub fn size(&self) -> usize {
+        COMMON + self.offsets.len() + POSE * self.poses.len()
+    }
+
+    pub fn offset_index(&self, ring: usize) -> usize {
+        COMMON + ring
+    }
+
+    pub fn pose_index(&self, view: usize) -> usize {
+        COMMON + self.offsets.len() + POSE * view
+    }
+
+    pub fn common_values(&self) -> [f64; COMMON] {
+        let (l, d) = (&self.lens, &self.lens.distortion);
+        [l.focal_px, l.cx, l.cy, d.k1, d.k2, d.p1, d.p2, d.k3, self.thicker_mm]
+    }
+
+    /// The state after a step of the eliminated system (points move separately).
+    pub fn stepped(&self, step: &nalgebra::DVector<f64>) -> Self {
+        let mut next = self.clone();
+        let l = &mut next.lens;
+        l.focal_px += step[0];
+        l.cx += step[1];
+        l.cy += step[2];
+        l.distortion.k1 += step[3];
+        l.distortion.k2 += step[4];
+        l.distortion.p1 += step[5];
+        l.distortion.p2 += step[6];
+        l.distortion.k3 += step[7];
+        next.thicker_mm += step[8];
+        for (ring, offset) in next.offsets.iter_mut().enumerate() {
+            *offset += step[COMMON + ring];
+        }
+        for view in 0..self.poses.len() {
+            let at = self.pose_index(view);
+            let turn = Rotation3::new(Vec3::new(step[at], step[at + 1], step[at + 2])).into_inner();
+            let (r, t) = self.poses[view];
+            next.poses[view] = (turn * r, t + Vec3::new(step[at + 3], step[at + 4], step[at + 5]));
+        }
+        next
+    }
+
+    pub fn views(&self) -> Vec<View> {
+        let view = |p: &(Mat3, Vec3)| {
+            // Many small turns leave the matrix a little off; the nearest rotation is taken.
+            let mut rotation = Rotation3::from_matrix_unchecked(p.0);
+            rotation.renormalize();
+            View { lens: self.lens, rotation: rotation.into_inner(), translation_mm: p.1 }
+        };
+        self.poses.iter().map(view).collect()
+    }
+
+    /// `None` behind the camera.
+    pub fn project(&self, view: usize, point_mm: &Vec3) -> Option<Projection> {
+        let (r, t) = &self.poses[view];
+        let turned = r * point_mm;
+        let c = turned + t;
+        if c.z <= 1e-6 {
+            return None;
+        }
+        let (l, d) = (&self.lens, &self.lens.distortion);
+        let (x, y) = (c.x / c.z, c.y / c.z);
+        let r2 = x * x + y * y;
+        let radial = 1.0 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3));
+        let slope = 2.0 * (d.k1 + r2 * (2.0 * d.k2 + 3.0 * r2 * d.k3));
+        let xd = x * radial + 2.0 * d.p1 * x * y + d.p2 * (r2 + 2.0 * x * x);
+        let yd = y * radial + d.p1 * (r2 + 2.0 * y * y) + 2.0 * d.p2 * x * y;
+        let f = l.focal_px;
+        let cross = slope * x * y + 2.0 * d.p1 * x + 2.0 * d.p2 * y;
+        let by_xy = Matrix2::new(
+            radial + slope * x * x + 2.0 * d.p1 * y + 6.0 * d.p2 * x,
+            cross,
+            cross,
+            radial + slope * y * y + 6.0 * d.p1 * y + 2.0 * d.p2 * x,
+        ) * f;
+        let by_camera = by_xy * Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y) / c.z;
+        let (r4, r6) = (r2 * r2, r2 * r2 * r2);
+        #[rustfmt::skip]
+        let by_common = SMatrix::<f64, 2, COMMON>::from_row_slice(&[
+            xd, 1.0, 0.0, f * x * r2, f * x * r4, f * 2.0 * x * y, f * (r2 + 2.0 * x * x), f * x * r6, 0.0,
+            yd, 0.0, 1.0, f * y * r2, f * y * r4, f * (r2 + 2.0 * y * y), f * 2.0 * x * y, f * y * r6, 0.0,
+        ]);
+        let mut by_pose = SMatrix::<f64, 2, POSE>::zeros();
+        // exp(ω) turned = turned + ω x turned.
+        by_pose.fixed_columns_mut::<3>(0).copy_from(&(-by_camera * turned.cross_matrix()));
+        by_pose.fixed_columns_mut::<3>(3).copy_from(&by_camera);
+        Some(Projection {
+            pixel: Vector2::new(f * xd + l.cx, f * yd + l.cy),
+            by_common,
+            by_pose,
+            by_point: by_camera * r,
+        })
+    }
+}
+
+impl Projection {
+    /// The point lies on the printed surface at that azimuth: it moves with the surface's radius.
+    pub fn rides_on_radius(mut self, azimuth: f64) -> Self {
+        let (s, c) = azimuth.sin_cos();
+        let by_radius = self.by_point * Vec3::new(c, s, 0.0);
+        self.by_common.set_column(COMMON - 1, &by_radius);
+        self
+    }
+}
+
+/// A point of a cylinder about the axis, with its derivatives by azimuth and height as columns.
+pub(super) fn on_cylinder(radius_mm: f64, azimuth: f64, z_mm: f64) -> (Vec3, SMatrix<f64, 3, 2>) {
+    let (s, c) = azimuth.sin_cos();
+    let by =
+        SMatrix::<f64, 3, 2>::from_columns(&[Vec3::new(-radius_mm * s, radius_mm * c, 0.0), Vec3::new(0.0, 0.0, 1.0)]);
+    (Vec3::new(radius_mm * c, radius_mm * s, z_mm), by)
+}

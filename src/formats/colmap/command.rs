@@ -1,0 +1,119 @@
+//! COLMAP's command lines for a ring of photographs taken with one lens.
+//!
+//! One camera of model `SIMPLE_RADIAL` (the adjustment that follows frees more, with the tank to hold it),
+//! one mask for all photographs, the processor instead of the graphics card, a fixed seed. Options that
+//! were renamed between versions are chosen by what the installed program's own help names.
+
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Where a run finds and leaves its files.
+#[derive(Debug, Clone, Copy)]
+pub struct Places<'a> {
+    /// The database.
+    pub database: &'a Path,
+    /// Folder of the photographs.
+    pub images: &'a Path,
+    /// Mask: white where features may be taken.
+    pub mask: &'a Path,
+    /// List of pairs to match.
+    pub pairs: &'a Path,
+    /// Folder for the sparse models.
+    pub sparse: &'a Path,
+}
+
+/// The three steps, each with its name among COLMAP's commands.
+pub const STEPS: [&str; 3] = ["feature_extractor", "matches_importer", "mapper"];
+
+/// Arguments of one of [`STEPS`]; `help` is what `colmap STEP -h` prints.
+pub fn arguments(step: &str, places: &Places, seed: u32, help: &str) -> Vec<OsString> {
+    let mut args: Vec<OsString> = vec![step.into()];
+    let mut add = |names: &[&str], value: OsString| {
+        // Options that no known name fits are left at the program's default.
+        if let Some(name) = names.iter().find(|n| help.contains(&format!("--{n} "))) {
+            args.push(format!("--{name}").into());
+            args.push(value);
+        }
+    };
+    add(&["random_seed", "default_random_seed"], seed.to_string().into());
+    add(&["database_path"], places.database.into());
+    match step {
+        "feature_extractor" => {
+            add(&["image_path"], places.images.into());
+            add(&["ImageReader.camera_model"], "SIMPLE_RADIAL".into());
+            add(&["ImageReader.single_camera"], "1".into());
+            add(&["ImageReader.camera_mask_path"], places.mask.into());
+            add(&["FeatureExtraction.use_gpu", "SiftExtraction.use_gpu"], "0".into());
+        }
+        "matches_importer" => {
+            add(&["match_list_path"], places.pairs.into());
+            add(&["match_type"], "pairs".into());
+            add(&["FeatureMatching.use_gpu", "SiftMatching.use_gpu"], "0".into());
+        }
+        _ => {
+            add(&["image_path"], places.images.into());
+            add(&["output_path"], places.sparse.into());
+            add(&["Mapper.min_model_size"], "3".into());
+            add(&["Mapper.extract_colors"], "0".into());
+        }
+    }
+    args
+}
+
+/// The list of pairs for `matches_importer`: each photograph with its next `neighbours` ones around the
+/// ring; all pairs where `neighbours` is at least half their number.
+pub fn pairs(names: &[String], neighbours: usize) -> String {
+    let n = names.len();
+    let mut list = String::new();
+    for i in 0..n {
+        for j in i + 1..n {
+            let apart = (j - i).min(n + i - j);
+            if apart <= neighbours {
+                let _ = writeln!(list, "{} {}", names[i], names[j]);
+            }
+        }
+    }
+    list
+}
+
+/// The program's version, `COLMAP 3.8` for one, from what `colmap help` prints.
+pub fn version(help: &str) -> Option<String> {
+    let line = help.lines().find(|l| l.starts_with("COLMAP"))?;
+    let mut words = line.split_whitespace();
+    Some(format!("{} {}", words.next()?, words.next()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(args: &[OsString]) -> String {
+        args.iter().map(|a| a.to_string_lossy()).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn options_take_the_names_that_the_program_knows() {
+        let p = Path::new("x");
+        let places = Places { database: p, images: p, mask: p, pairs: p, sparse: p };
+        let old = "--database_path arg\n --SiftExtraction.use_gpu arg (=1)";
+        let new = "--database_path arg\n --FeatureExtraction.use_gpu arg (=1)";
+        assert!(text(&arguments("feature_extractor", &places, 1, old)).contains("--SiftExtraction.use_gpu 0"));
+        assert!(text(&arguments("feature_extractor", &places, 1, new)).contains("--FeatureExtraction.use_gpu 0"));
+        assert!(!text(&arguments("feature_extractor", &places, 1, old)).contains("mask"));
+    }
+
+    #[test]
+    fn pairs_close_the_ring() {
+        let names: Vec<String> = (0..5).map(|k| k.to_string()).collect();
+        assert_eq!(pairs(&names, 1), "0 1\n0 4\n1 2\n2 3\n3 4\n");
+        assert_eq!(pairs(&names, 9).lines().count(), 10);
+    }
+
+    #[test]
+    fn the_version_is_read() {
+        let help = "COLMAP 3.8 -- Structure-from-Motion and Multi-View Stereo\n";
+        assert_eq!(version(help).as_deref(), Some("COLMAP 3.8"));
+        assert_eq!(version("nothing"), None);
+    }
+}

@@ -1,0 +1,155 @@
+//! Sampling a photograph at the scale of what is looked at.
+//!
+//! Level 0 is the photograph; each further level halves it, every pixel the rounded mean of the 2 x 2 below
+//! (edges repeated where a side is odd). A sample of texel size T px (T >= 1) blends the bilinear values of the
+//! levels of texel 2^e <= T < 2^{e+1}, linearly in T; T <= 1 is the plain bilinear value.
+//!
+//! A bilinear tap among texels of size T blurs, averaged over its position, by T²/4 (box T²/12 and tent
+//! T²/6); a box of side L blurs by L²/12. [`Pyramid::texel_of_box`] therefore takes T = L/√3.
+
+use super::Picture;
+use rayon::prelude::*;
+
+/// A photograph and its halvings.
+#[derive(Debug, Clone)]
+pub struct Pyramid {
+    levels: Vec<Level>,
+}
+
+#[derive(Debug, Clone)]
+struct Level {
+    width: usize,
+    height: usize,
+    /// R, G, B and a pad.
+    pixels: Vec<[u8; 4]>,
+}
+
+impl Pyramid {
+    /// The photograph alone: every sample is a bilinear one.
+    pub fn flat(picture: &Picture) -> Self {
+        let (height, width, _) = picture.dim();
+        let picture = picture.as_standard_layout();
+        let values = picture.as_slice().expect("standard layout");
+        let pixels = values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2], 0]).collect();
+        Self { levels: vec![Level { width, height, pixels }] }
+    }
+
+    /// The photograph and its halvings for texels up to `largest_texel` px.
+    pub fn new(picture: &Picture, largest_texel: f64) -> Self {
+        let mut pyramid = Self::flat(picture);
+        let mut texel = 1.0;
+        while texel < largest_texel {
+            let last = pyramid.levels.last().expect("at least one level");
+            if last.width.max(last.height) < 2 {
+                break;
+            }
+            let half = last.halved();
+            pyramid.levels.push(half);
+            texel *= 2.0;
+        }
+        pyramid
+    }
+
+    /// Texel size whose bilinear tap blurs as much as a box of this side, both in px.
+    pub fn texel_of_box(side: f64) -> f64 {
+        side / 3f64.sqrt()
+    }
+
+    /// Value at pixel `(u, v)` with texels of size `texel` px; `None` beyond the outermost pixels' edges or
+    /// where a coordinate is NaN. Between the outermost centres and their edges the outermost values hold.
+    #[inline]
+    pub fn sample(&self, u: f64, v: f64, texel: f64) -> Option<[u8; 3]> {
+        let Level { width, height, .. } = self.levels[0];
+        if !(u >= -0.5 && v >= -0.5 && u <= width as f64 - 0.5 && v <= height as f64 - 0.5) {
+            return None;
+        }
+        let texel = (texel as f32).max(1.0);
+        // Exponent and fraction of the texel size: its level, and how far on the way to the next.
+        let level = ((texel.to_bits() >> 23) - 127) as usize;
+        let fraction = f32::from_bits((texel.to_bits() & 0x007F_FFFF) | 0x3F80_0000) - 1.0;
+        let top = self.levels.len() - 1;
+        let value = if level >= top {
+            self.levels[top].at(u, v, top)
+        } else {
+            let fine = self.levels[level].at(u, v, level);
+            if fraction == 0.0 {
+                fine
+            } else {
+                let coarse = self.levels[level + 1].at(u, v, level + 1);
+                std::array::from_fn(|c| fine[c] + fraction * (coarse[c] - fine[c]))
+            }
+        };
+        Some([(value[0] + 0.5) as u8, (value[1] + 0.5) as u8, (value[2] + 0.5) as u8])
+    }
+}
+
+impl Level {
+    fn halved(&self) -> Self {
+        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
+        let mut pixels = vec![[0; 4]; width * height];
+        pixels.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            let above = &self.pixels[2 * y * self.width..][..self.width];
+            let below = &self.pixels[(2 * y + 1).min(self.height - 1) * self.width..][..self.width];
+            for (x, pixel) in row.iter_mut().enumerate() {
+                let (left, right) = (2 * x, (2 * x + 1).min(self.width - 1));
+                for c in 0..3 {
+                    let sum = [above[left][c], above[right][c], below[left][c], below[right][c]];
+                    pixel[c] = ((sum.iter().map(|&v| u16::from(v)).sum::<u16>() + 2) / 4) as u8;
+                }
+            }
+        });
+        Self { width, height, pixels }
+    }
+
+    /// Bilinear value at a position given in pixels of level 0.
+    #[inline(always)]
+    fn at(&self, u: f64, v: f64, level: usize) -> [f32; 4] {
+        let scale = 1.0 / (1u64 << level) as f64;
+        let u = ((u + 0.5) * scale - 0.5).clamp(0.0, (self.width - 1) as f64);
+        let v = ((v + 0.5) * scale - 0.5).clamp(0.0, (self.height - 1) as f64);
+        let (u0, v0) = (u as usize, v as usize);
+        let (u1, v1) = ((u0 + 1).min(self.width - 1), (v0 + 1).min(self.height - 1));
+        let (fu, fv) = ((u - u0 as f64) as f32, (v - v0 as f64) as f32);
+        let (top, low) = (&self.pixels[v0 * self.width..], &self.pixels[v1 * self.width..]);
+        let (a, b, c, d) = (top[u0], top[u1], low[u0], low[u1]);
+        std::array::from_fn(|i| {
+            let (a, b, c, d) = (f32::from(a[i]), f32::from(b[i]), f32::from(c[i]), f32::from(d[i]));
+            let above = a + fu * (b - a);
+            let below = c + fu * (d - c);
+            above + fv * (below - above)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ramp_keeps_its_values_at_every_scale() {
+        let ramp = Picture::from_shape_fn((64, 64, 3), |(y, x, _)| (2 * x + y) as u8);
+        let pyramid = Pyramid::new(&ramp, 8.0);
+        assert_eq!(pyramid.levels.len(), 4);
+        for texel in [0.3, 1.0, 1.5, 2.0, 3.7, 6.0] {
+            let value = pyramid.sample(30.25, 31.5, texel).unwrap()[1];
+            assert!(value.abs_diff(92) <= 1, "texel {texel}: {value}");
+        }
+    }
+
+    #[test]
+    fn fine_stripes_average_out_where_texels_are_wide() {
+        let stripes = Picture::from_shape_fn((64, 64, 3), |(_, x, _)| if x % 2 == 0 { 0 } else { 200 });
+        let pyramid = Pyramid::new(&stripes, 4.0);
+        assert_eq!(pyramid.sample(31.0, 20.0, 1.0), Some([200; 3]));
+        assert_eq!(pyramid.sample(31.0, 20.0, 2.0), Some([100; 3]));
+    }
+
+    #[test]
+    fn outside_there_is_nothing() {
+        let pyramid = Pyramid::flat(&Picture::from_elem((5, 7, 3), 9));
+        assert_eq!(pyramid.sample(-0.5, 4.5, 1.0), Some([9; 3]));
+        for (u, v) in [(-0.51, 0.0), (6.51, 0.0), (0.0, -0.51), (0.0, 4.51), (f64::NAN, 0.0)] {
+            assert_eq!(pyramid.sample(u, v, 1.0), None);
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! What a plant scientist says of a root system: numbers, lengths, diameters, angles, by branching order.
+
+use crate::error::{Error, Result};
+use serde::de::{DeserializeOwned, Error as _};
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::{Map, Value};
+
+/// The main roots, which start at the crown.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MainParams {
+    /// Number of main roots: 1 for a taproot, more for a fibrous system.
+    pub count: usize,
+    /// Mean length, mm.
+    pub length_mm: f64,
+    /// Relative spread of the lengths: uniform within ± this share, 0..1.
+    pub length_spread: f64,
+    /// Diameter at the base, mm.
+    pub base_diameter_mm: f64,
+    /// Diameter at the tip, mm.
+    pub tip_diameter_mm: f64,
+    /// Largest angle to the vertical at which a main root starts, degrees 0..90.
+    pub start_angle_deg: f64,
+    /// Standard deviation of the curvature, degrees per mm.
+    pub wander_deg_per_mm: f64,
+    /// Rate at which a horizontal root turns down, degrees per mm.
+    pub gravitropism_deg_per_mm: f64,
+}
+
+/// The laterals of one order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LateralParams {
+    /// Number of laterals over all parents, shared out by the parents' lengths.
+    pub count: usize,
+    /// Part of the parent that bears laterals: [from, to] as shares of its length, 0 base, 1 tip.
+    pub zone: [f64; 2],
+    /// Mean length, mm.
+    pub length_mm: f64,
+    /// Relative spread of the lengths: uniform within ± this share, 0..1.
+    pub length_spread: f64,
+    /// Diameter at the base, mm: uniform within [from, to]; never over the parent's there.
+    pub base_diameter_mm: [f64; 2],
+    /// Diameter at the tip, mm.
+    pub tip_diameter_mm: f64,
+    /// Angle to the parent at the insertion, degrees 0..180.
+    pub insertion_angle_deg: f64,
+    /// Spread of that angle: uniform within ± this, degrees.
+    pub insertion_spread_deg: f64,
+    /// Standard deviation of the curvature, degrees per mm.
+    pub wander_deg_per_mm: f64,
+    /// Rate at which a horizontal root turns down, degrees per mm.
+    pub gravitropism_deg_per_mm: f64,
+}
+
+/// Kinds of root systems to start from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// A taproot with laterals of two orders, as of licorice or rape; at home in a tank of 90 mm radius.
+    #[default]
+    Taproot,
+    /// Many thin main roots from the crown with short laterals, as of grasses.
+    Fibrous,
+    /// A thin taproot with many fine laterals close together: the hard case.
+    Fine,
+}
+
+/// How a root system grows. In a file, what is not given is that of the `preset`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GrowthParams {
+    /// The root system to start from.
+    pub preset: Preset,
+    /// Depth of the crown below the rim, mm: where the main roots start, near the axis.
+    pub crown_mm: f64,
+    /// Greatest distance of the crown from the tank's axis, mm.
+    pub crown_offset_mm: f64,
+    /// Order 0.
+    pub main: MainParams,
+    /// Order 1: laterals of the main roots.
+    pub first_order: LateralParams,
+    /// Order 2: laterals of the first-order laterals.
+    pub second_order: LateralParams,
+}
+
+impl Default for GrowthParams {
+    /// The taproot.
+    fn default() -> Self {
+        Self::preset(Preset::Taproot)
+    }
+}
+
+impl GrowthParams {
+    /// The parameters of a preset.
+    pub fn preset(preset: Preset) -> Self {
+        let taproot = Self {
+            preset,
+            crown_mm: 3.0,
+            crown_offset_mm: 5.0,
+            main: MainParams {
+                count: 1,
+                length_mm: 180.0,
+                length_spread: 0.1,
+                base_diameter_mm: 3.0,
+                tip_diameter_mm: 0.6,
+                start_angle_deg: 4.0,
+                wander_deg_per_mm: 1.2,
+                gravitropism_deg_per_mm: 1.0,
+            },
+            first_order: LateralParams {
+                count: 24,
+                zone: [0.04, 0.85],
+                length_mm: 100.0,
+                length_spread: 0.5,
+                base_diameter_mm: [0.9, 1.6],
+                tip_diameter_mm: 0.5,
+                insertion_angle_deg: 75.0,
+                insertion_spread_deg: 15.0,
+                wander_deg_per_mm: 2.0,
+                gravitropism_deg_per_mm: 0.5,
+            },
+            second_order: LateralParams {
+                count: 46,
+                zone: [0.1, 0.8],
+                length_mm: 38.0,
+                length_spread: 0.6,
+                base_diameter_mm: [0.6, 0.9],
+                tip_diameter_mm: 0.4,
+                insertion_angle_deg: 60.0,
+                insertion_spread_deg: 20.0,
+                wander_deg_per_mm: 3.0,
+                gravitropism_deg_per_mm: 0.2,
+            },
+        };
+        match preset {
+            Preset::Taproot => taproot,
+            Preset::Fibrous => Self {
+                crown_offset_mm: 2.0,
+                main: MainParams {
+                    count: 18,
+                    length_mm: 140.0,
+                    length_spread: 0.35,
+                    base_diameter_mm: 1.1,
+                    tip_diameter_mm: 0.5,
+                    start_angle_deg: 70.0,
+                    wander_deg_per_mm: 1.5,
+                    gravitropism_deg_per_mm: 0.8,
+                },
+                first_order: LateralParams {
+                    count: 90,
+                    zone: [0.1, 0.8],
+                    length_mm: 20.0,
+                    length_spread: 0.6,
+                    base_diameter_mm: [0.4, 0.6],
+                    tip_diameter_mm: 0.3,
+                    ..taproot.second_order.clone()
+                },
+                second_order: LateralParams { count: 0, ..taproot.second_order },
+                ..taproot
+            },
+            Preset::Fine => Self {
+                main: MainParams { base_diameter_mm: 1.4, tip_diameter_mm: 0.5, ..taproot.main },
+                first_order: LateralParams {
+                    count: 60,
+                    length_mm: 75.0,
+                    base_diameter_mm: [0.5, 0.8],
+                    tip_diameter_mm: 0.35,
+                    ..taproot.first_order
+                },
+                second_order: LateralParams {
+                    count: 140,
+                    length_mm: 25.0,
+                    base_diameter_mm: [0.35, 0.5],
+                    tip_diameter_mm: 0.3,
+                    ..taproot.second_order
+                },
+                ..taproot
+            },
+        }
+    }
+
+    /// Fails where a number is out of its range.
+    ///
+    /// # Errors
+    /// Every fault at once, each naming its key.
+    pub fn check(&self) -> Result<()> {
+        let mut faults = Vec::new();
+        let mut need = |ok: bool, key: &str, value: String, remedy: &str| {
+            if !ok {
+                faults.push(Error::usage(format!("simulate.growth.{key} is {value}")).help(remedy));
+            }
+        };
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        let share = |x: f64| (0.0..=1.0).contains(&x);
+        let m = &self.main;
+        need((1..=1000).contains(&m.count), "main.count", m.count.to_string(), "give 1 to 1000 main roots");
+        need(positive(m.length_mm), "main.length_mm", m.length_mm.to_string(), "give a positive length in mm");
+        need(share(m.length_spread), "main.length_spread", m.length_spread.to_string(), "give a share, 0 to 1");
+        for (key, d) in [
+            ("main.base_diameter_mm", m.base_diameter_mm),
+            ("main.tip_diameter_mm", m.tip_diameter_mm),
+            ("first_order.tip_diameter_mm", self.first_order.tip_diameter_mm),
+            ("second_order.tip_diameter_mm", self.second_order.tip_diameter_mm),
+        ] {
+            need(positive(d) && d <= 20.0, key, d.to_string(), "give a diameter of at most 20 mm");
+        }
+        for (order, l) in [("first_order", &self.first_order), ("second_order", &self.second_order)] {
+            let key = |name: &str| format!("{order}.{name}");
+            need(l.count <= 100_000, &key("count"), l.count.to_string(), "give at most 100000 laterals");
+            need(positive(l.length_mm), &key("length_mm"), l.length_mm.to_string(), "give a positive length in mm");
+            need(share(l.length_spread), &key("length_spread"), l.length_spread.to_string(), "give a share, 0 to 1");
+            let [a, b] = l.zone;
+            need(share(a) && share(b) && a <= b, &key("zone"), format!("[{a}, {b}]"), "give shares 0 to 1, from <= to");
+            let [a, b] = l.base_diameter_mm;
+            need(
+                positive(a) && positive(b) && a <= b && b <= 20.0,
+                &key("base_diameter_mm"),
+                format!("[{a}, {b}]"),
+                "give diameters of at most 20 mm, from <= to",
+            );
+        }
+        for (key, x) in [
+            ("crown_mm", self.crown_mm),
+            ("crown_offset_mm", self.crown_offset_mm),
+            ("main.start_angle_deg", m.start_angle_deg),
+            ("main.wander_deg_per_mm", m.wander_deg_per_mm),
+            ("main.gravitropism_deg_per_mm", m.gravitropism_deg_per_mm),
+            ("first_order.insertion_angle_deg", self.first_order.insertion_angle_deg),
+            ("first_order.wander_deg_per_mm", self.first_order.wander_deg_per_mm),
+            ("second_order.insertion_angle_deg", self.second_order.insertion_angle_deg),
+            ("second_order.wander_deg_per_mm", self.second_order.wander_deg_per_mm),
+        ] {
+            need(x.is_finite() && x >= 0.0, key, x.to_string(), "give a number of at least 0");
+        }
+        for (key, x) in [
+            ("first_order.gravitropism_deg_per_mm", self.first_order.gravitropism_deg_per_mm),
+            ("second_order.gravitropism_deg_per_mm", self.second_order.gravitropism_deg_per_mm),
+            ("first_order.insertion_spread_deg", self.first_order.insertion_spread_deg),
+            ("second_order.insertion_spread_deg", self.second_order.insertion_spread_deg),
+        ] {
+            need(x.is_finite(), key, x.to_string(), "give a number");
+        }
+        Error::many(faults)
+    }
+}
+
+impl<'de> Deserialize<'de> for GrowthParams {
+    /// Lays what is given over the preset's parameters.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        let mut given = Map::deserialize(deserializer)?;
+        let preset = given.remove("preset").map_or(Ok(Preset::default()), Preset::deserialize);
+        let base = Self::preset(preset.map_err(|e| D::Error::custom(format!("preset: {e}")))?);
+        Ok(Self {
+            preset: base.preset,
+            crown_mm: laid_over(&mut given, "crown_mm", base.crown_mm)?,
+            crown_offset_mm: laid_over(&mut given, "crown_offset_mm", base.crown_offset_mm)?,
+            main: laid_over(&mut given, "main", base.main)?,
+            first_order: laid_over(&mut given, "first_order", base.first_order)?,
+            second_order: {
+                let second_order = laid_over(&mut given, "second_order", base.second_order)?;
+                if let Some(key) = given.keys().next() {
+                    return Err(D::Error::custom(format!(
+                        "unknown field `{key}`, expected one of `preset`, `crown_mm`, `crown_offset_mm`, `main`, \
+                         `first_order`, `second_order`"
+                    )));
+                }
+                second_order
+            },
+        })
+    }
+}
+
+/// The value under `key`, a table's missing keys filled up from `base`.
+fn laid_over<T, E>(given: &mut Map<String, Value>, key: &str, base: T) -> std::result::Result<T, E>
+where
+    T: Serialize + DeserializeOwned,
+    E: serde::de::Error,
+{
+    let place = |e: serde_json::Error| E::custom(format!("{key}: {e}"));
+    let Some(mut value) = given.remove(key) else {
+        return Ok(base);
+    };
+    if let (Value::Object(value), Value::Object(base)) = (&mut value, serde_json::to_value(base).map_err(place)?) {
+        for (name, default) in base {
+            value.entry(name).or_insert(default);
+        }
+    }
+    serde_json::from_value(value).map_err(place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_given_is_the_presets() {
+        let given = "preset = 'fibrous'\ncrown_mm = 5\nmain = { count = 3 }";
+        let params: GrowthParams = toml::from_str(given).unwrap();
+        let mut expected = GrowthParams::preset(Preset::Fibrous);
+        expected.crown_mm = 5.0;
+        expected.main.count = 3;
+        assert_eq!(params, expected);
+        let again: GrowthParams = serde_json::from_str(&serde_json::to_string(&params).unwrap()).unwrap();
+        assert_eq!(again, params);
+    }
+
+    #[test]
+    fn unknown_keys_are_refused() {
+        for text in ["crown = 3", "main = { size = 3 }", "preset = 'oak'"] {
+            assert!(toml::from_str::<GrowthParams>(text).is_err(), "{text}");
+        }
+        let error = toml::from_str::<GrowthParams>("second_order = { lenght_mm = 3 }").unwrap_err().to_string();
+        assert!(error.contains("second_order") && error.contains("lenght_mm"), "{error}");
+    }
+
+    #[test]
+    fn presets_are_sound() {
+        for preset in [Preset::Taproot, Preset::Fibrous, Preset::Fine] {
+            GrowthParams::preset(preset).check().unwrap();
+        }
+    }
+}

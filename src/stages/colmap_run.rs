@@ -1,0 +1,139 @@
+//! Runs the COLMAP program in a folder of its own and reads what it leaves.
+
+use crate::calibration::SparseModel;
+use crate::error::{Error, Result};
+use crate::flow::Progress;
+use crate::formats::colmap::command::{Places, STEPS, arguments, pairs, version};
+use crate::formats::colmap::{Model, binary, to_sparse};
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// What COLMAP is given.
+pub(super) struct Job<'a> {
+    /// Bytes of the photographs with their names, in capture order.
+    pub photos: Vec<(String, Vec<u8>)>,
+    /// Mask as PNG, white where features may be taken.
+    pub mask_png: &'a [u8],
+    /// Neighbours around the ring that are matched.
+    pub neighbours: usize,
+    /// Seed.
+    pub seed: u32,
+}
+
+/// The largest sparse model and the program's version.
+pub(super) fn run(job: &Job, progress: &Progress) -> Result<(SparseModel, String)> {
+    let program = version(&help("help")?).unwrap_or_else(|| "COLMAP of unknown version".to_owned());
+    let folder = tempfile::tempdir().map_err(|e| Error::failed(format!("cannot make a temporary folder: {e}")))?;
+    let at = |name: &str| folder.path().join(name);
+    let (images, sparse) = (at("images"), at("sparse"));
+    for dir in [&images, &sparse] {
+        fs::create_dir(dir).map_err(|e| Error::io("make the folder", dir, e))?;
+    }
+    let write = |path: &Path, bytes: &[u8]| fs::write(path, bytes).map_err(|e| Error::io("write", path, e));
+    // Names of our own: COLMAP's lists are split at blanks, and its order is by name.
+    let mut names = Vec::with_capacity(job.photos.len());
+    for (k, (name, bytes)) in job.photos.iter().enumerate() {
+        let ending = Path::new(name).extension().map_or_else(|| "jpg".into(), |e| e.to_string_lossy().to_lowercase());
+        let own = format!("{k:05}.{ending}");
+        write(&images.join(&own), bytes)?;
+        names.push(own);
+    }
+    let (database, mask, list) = (at("database.db"), at("mask.png"), at("pairs.txt"));
+    write(&mask, job.mask_png)?;
+    write(&list, pairs(&names, job.neighbours).as_bytes())?;
+    let places = Places { database: &database, images: &images, mask: &mask, pairs: &list, sparse: &sparse };
+    progress.total(STEPS.len() as u64);
+    for step in STEPS {
+        let log = at(&format!("{step}.log"));
+        execute(Command::new("colmap").args(arguments(step, &places, job.seed, &help(step)?)), step, &log, progress)?;
+        progress.advance(1);
+    }
+    let model = largest(&sparse)?;
+    let mut model = to_sparse(&model, Some(&names))?;
+    for view in &mut model.views {
+        if let Some(k) = names.iter().position(|n| *n == view.file) {
+            view.file = job.photos[k].0.clone();
+        }
+    }
+    Ok((model, program))
+}
+
+fn missing(e: &std::io::Error) -> Error {
+    Error::failed(format!("cannot run the program `colmap`: {e}")).help(
+        "cameras.source = \"sfm\" needs COLMAP: `apt install colmap`, `brew install colmap` or `conda install colmap`; \
+         or give a camera file (cameras.source = \"file\")",
+    )
+}
+
+/// What `colmap STEP -h` (or `colmap help`) prints.
+fn help(step: &str) -> Result<String> {
+    let mut command = Command::new("colmap");
+    command.arg(step);
+    if step != "help" {
+        command.arg("-h");
+    }
+    let out = command.env("QT_QPA_PLATFORM", "offscreen").stdin(Stdio::null()).output().map_err(|e| missing(&e))?;
+    Ok([out.stdout, out.stderr].iter().map(|b| String::from_utf8_lossy(b)).collect())
+}
+
+/// Runs to the end, or kills the program when the user asks to stop.
+fn execute(command: &mut Command, step: &str, log: &Path, progress: &Progress) -> Result<()> {
+    let out = File::create(log).map_err(|e| Error::io("write", log, e))?;
+    let err = out.try_clone().map_err(|e| Error::io("write", log, e))?;
+    let mut child = command
+        .env("QT_QPA_PLATFORM", "offscreen")
+        .stdin(Stdio::null())
+        .stdout(out)
+        .stderr(err)
+        .spawn()
+        .map_err(|e| missing(&e))?;
+    let status = loop {
+        match child.try_wait() {
+            Ok(Some(status)) => break status,
+            Ok(None) => {}
+            Err(e) => return Err(Error::failed(format!("cannot wait for `colmap {step}`: {e}"))),
+        }
+        if let Err(stop) = progress.check() {
+            // Already gone is as good as killed.
+            let _ = child.kill();
+            let _ = child.wait();
+            return Err(stop);
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    };
+    if status.success() {
+        return Ok(());
+    }
+    let text = fs::read(log).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
+    let last: Vec<&str> = text.lines().rev().filter(|l| !l.trim().is_empty()).take(5).collect();
+    let last: Vec<&str> = last.into_iter().rev().collect();
+    Err(Error::failed(format!("`colmap {step}` failed ({status}); it said last: {}", last.join(" | "))))
+}
+
+/// The model with the most images among the numbered folders that the mapper leaves.
+fn largest(sparse: &Path) -> Result<Model> {
+    let read = |path: &Path| fs::read(path).map_err(|e| Error::io("read", path, e));
+    let mut best: Option<Model> = None;
+    for k in 0.. {
+        let dir = sparse.join(k.to_string());
+        if !dir.is_dir() {
+            break;
+        }
+        let model = binary::parse(
+            &read(&dir.join("cameras.bin"))?,
+            &read(&dir.join("images.bin"))?,
+            &read(&dir.join("points3D.bin"))?,
+        )?;
+        if best.as_ref().is_none_or(|b| model.images.len() > b.images.len()) {
+            best = Some(model);
+        }
+    }
+    best.ok_or_else(|| {
+        Error::failed("COLMAP found no common geometry in the photographs").help(
+            "the belts need a random print of high contrast, sharp and well lit, and the mask must show them \
+             (look at the sfm-mask in the results)",
+        )
+    })
+}

@@ -1,0 +1,44 @@
+//! Maps a photograph onto the voxels by the paper's two-step search and interpolation, for comparison with
+//! the exact inverse of `render.rs`.  Paper 2.3.2.
+//! In: photo (undistorted), camera, lattice. Out: view, as of `render.rs`.
+
+use super::render::ViewPlanes;
+use super::{four, read3};
+use crate::error::Result;
+use crate::flow::{Inputs, Output, Progress, Stage, Streamed, store_streamed};
+use crate::optics::{Tank, View};
+use crate::store::SlabSource;
+use crate::volume::{Grid, PatchRbf, PatchRbfRenderer};
+use serde::Serialize;
+
+/// One view's volume, the paper's way.
+#[derive(Debug, Clone, Serialize)]
+pub struct RenderPatch {
+    /// The tank between voxels and camera.
+    pub tank: Tank,
+    /// The voxels.
+    pub grid: Grid,
+    /// Sizes of the search.
+    #[serde(flatten)]
+    pub sizes: PatchRbf,
+}
+
+impl Stage for RenderPatch {
+    const NAME: &'static str = "render-patch";
+    const VERSION: u32 = 1;
+
+    fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
+        store_streamed(self, inputs, output, progress)
+    }
+}
+
+impl Streamed for RenderPatch {
+    fn open(&self, inputs: &Inputs) -> Result<Box<dyn SlabSource>> {
+        let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
+        let view: View = inputs.one("camera")?.json("view")?;
+        let lattice = four(inputs.one("lattice")?.array::<f32>("lattice")?.read()?)?;
+        let (renderer, grid) =
+            (PatchRbfRenderer::new(&view, &self.tank, &photo, self.sizes, lattice.view()), self.grid);
+        Ok(Box::new(ViewPlanes { grid, render: Box::new(move |planes, out| renderer.render_slab(&grid, planes, out)) }))
+    }
+}
