@@ -13,6 +13,19 @@ use crate::stages::extract;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// The files of the root system that always are; the RSML needs a root.
+const ROOT_FILES: [&str; 9] = [
+    "roots.csv",
+    "traits.csv",
+    "per_root.csv",
+    "depth_profile.csv",
+    "repairs.csv",
+    "roots.ply",
+    "centrelines.ply",
+    "roots.glb",
+    "roots.swc",
+];
+
 /// Brings `results_dir/<name>` up to date and tells whether it had to be written.
 ///
 /// # Errors
@@ -23,6 +36,13 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) 
     for point in &study.points {
         let (settings, nodes) = point.planned.as_ref().map_err(Clone::clone)?;
         put_numbers(&fresh, "", nodes, report)?;
+        for name in ROOT_FILES {
+            fresh.put(report, nodes.traits, name, name)?;
+        }
+        let rsml = "roots.rsml";
+        if report.artefact(nodes.traits)?.has(rsml) {
+            fresh.put(report, nodes.traits, rsml, rsml)?;
+        }
         fresh.put(report, nodes.volume, "volume.ome.zarr", "volume.ome.zarr")?;
         fresh.put(report, nodes.labels, "labels", "volume.ome.zarr/labels")?;
         for (photo, &overlay) in nodes.photos.iter().zip(&nodes.overlays) {

@@ -8,6 +8,9 @@ use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::optics::Tank;
 use crate::photo::contrast::ContrastParams;
+use crate::roots::TraceParams;
+use crate::roots::diameter::DiameterParams;
+use crate::roots::traits::TraitParams;
 use crate::simulation::{CaptureParams, GrowthParams};
 use crate::stages::sfm::SfmParams;
 use crate::volume::Grid;
@@ -94,6 +97,12 @@ pub struct Settings {
     pub suppress: Suppress,
     /// `[extract]`.
     pub extract: Hysteresis,
+    /// `[trace]`.
+    pub trace: TraceParams,
+    /// `[diameters]`.
+    pub diameters: DiameterParams,
+    /// `[traits]`.
+    pub traits: TraitParams,
     /// `[overlay]`.
     pub overlay: OverlaySection,
     /// `[report]`.
@@ -122,8 +131,27 @@ impl Origin {
 
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
-    "study", "simulate", "photos", "cameras", "mask", "sfm", "pose", "tank", "grid", "render", "contrast", "merge",
-    "rootness", "suppress", "extract", "overlay", "report", "truth",
+    "study",
+    "simulate",
+    "photos",
+    "cameras",
+    "mask",
+    "sfm",
+    "pose",
+    "tank",
+    "grid",
+    "render",
+    "contrast",
+    "merge",
+    "rootness",
+    "suppress",
+    "extract",
+    "trace",
+    "diameters",
+    "traits",
+    "overlay",
+    "report",
+    "truth",
 ];
 
 impl Settings {
@@ -162,6 +190,9 @@ impl Settings {
         let rootness: Rootness = file.section("rootness");
         let suppress: Suppress = file.section("suppress");
         let extract: Hysteresis = file.section("extract");
+        let trace: TraceParams = file.section("trace");
+        let diameters: DiameterParams = file.section("diameters");
+        let traits: TraitParams = file.section("traits");
         let overlay: OverlaySection = file.section("overlay");
         let report: ReportSection = file.section("report");
         let truth: Truth = file.section("truth");
@@ -202,6 +233,9 @@ impl Settings {
             rootness,
             suppress,
             extract,
+            trace,
+            diameters,
+            traits,
             overlay,
             report,
             truth,
