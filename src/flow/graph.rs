@@ -130,6 +130,25 @@ impl Graph {
         }
     }
 
+    /// The version of a node's stage; `None` for a file.
+    pub fn version(&self, node: NodeId) -> Option<u32> {
+        match &self.nodes[node.0].kind {
+            Kind::File(_) => None,
+            Kind::Stage { work, .. } => Some(work.version()),
+        }
+    }
+
+    /// The parameters of a node's stage, for people; null for a file.
+    ///
+    /// # Errors
+    /// Where they cannot be written.
+    pub fn params(&self, node: NodeId) -> Result<serde_json::Value> {
+        match &self.nodes[node.0].kind {
+            Kind::File(_) => Ok(serde_json::Value::Null),
+            Kind::Stage { work, .. } => work.params(),
+        }
+    }
+
     /// The node labelled `label`; where several are, the first.
     pub fn find(&self, label: &str) -> Result<NodeId> {
         let found = self.nodes.iter().position(|node| node.label == label);

@@ -2,6 +2,8 @@
 //!
 //! Its `study.lock` says which nodes it was made from; a folder whose lock is equal is left alone.
 
+use super::crate_metadata;
+use super::lock::Lock;
 use crate::error::{Error, Result};
 use crate::flow::{NodeId, Report};
 use std::fs;
@@ -17,13 +19,14 @@ pub struct Fresh {
 }
 
 impl Fresh {
-    /// Begins the results `results_dir/<name>` with that lock; `None` where they are there already.
+    /// Begins the results in `results_dir/<name of the study>` with that lock; `None` where they are there already.
     ///
     /// # Errors
     /// Where the folder cannot be written.
-    pub fn begin(results_dir: &Path, name: &str, lock: &str) -> Result<Option<Self>> {
+    pub fn begin(results_dir: &Path, lock: &Lock) -> Result<Option<Self>> {
+        let (name, text) = (&lock.study, lock.text()?);
         let target = results_dir.join(name);
-        if fs::read_to_string(target.join(LOCK)).is_ok_and(|old| old == lock) {
+        if fs::read_to_string(target.join(LOCK)).is_ok_and(|old| old == text) {
             return Ok(None);
         }
         fs::create_dir_all(results_dir)
@@ -33,7 +36,7 @@ impl Fresh {
             .tempdir_in(results_dir)
             .map_err(|e| Error::io("write into", results_dir, e).help("name another folder with --results"))?;
         let fresh = Self { folder, target };
-        fresh.write(LOCK, lock.as_bytes())?;
+        fresh.write(LOCK, text.as_bytes())?;
         Ok(Some(fresh))
     }
 
@@ -57,11 +60,17 @@ impl Fresh {
         copy(&report.artefact(node)?.path(member)?, &self.folder.path().join(name))
     }
 
-    /// Puts the folder in its place.
+    /// Adds the metadata, saying that the result is of the time `made` (RFC 3339), and puts the folder in its place.
     ///
     /// # Errors
     /// Where it cannot be replaced; the old results then stay as they were.
-    pub fn publish(self) -> Result<()> {
+    pub fn publish(self, lock: &Lock, made: &str) -> Result<()> {
+        let folder = self.folder.path();
+        let entries = fs::read_dir(folder).map_err(|e| Error::io("list", folder, e))?.flatten();
+        let mut entries: Vec<_> =
+            entries.map(|entry| (entry.file_name().to_string_lossy().into_owned(), entry.path().is_dir())).collect();
+        entries.sort();
+        self.write("ro-crate-metadata.json", crate_metadata::text(lock, &entries, made)?.as_bytes())?;
         swap_in(self.folder, &self.target)
     }
 }

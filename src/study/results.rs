@@ -3,7 +3,7 @@
 use super::batch::{Batch, Study};
 use super::folder::Fresh;
 use super::graph::StudyNodes;
-use super::lock;
+use super::lock::Lock;
 use super::settings::Settings;
 use crate::error::Result;
 use crate::flow::{Graph, Report};
@@ -31,8 +31,8 @@ const ROOT_FILES: [&str; 9] = [
 /// # Errors
 /// Where the folder cannot be written; the old results then stay as they were.
 pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) -> Result<bool> {
-    let lock = lock::text(batch, study, report)?;
-    let Some(fresh) = Fresh::begin(results_dir, &study.name, &lock)? else { return Ok(false) };
+    let lock = Lock::of(batch, study, report, &results_dir.join(&study.name))?;
+    let Some(fresh) = Fresh::begin(results_dir, &lock)? else { return Ok(false) };
     for point in &study.points {
         let (settings, nodes) = point.planned.as_ref().map_err(Clone::clone)?;
         put_numbers(&fresh, "", nodes, report)?;
@@ -50,8 +50,14 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) 
         }
         fresh.write("report.html", page(settings, &batch.graph, nodes, report)?.as_bytes())?;
     }
-    fresh.publish()?;
+    let made = study.points.iter().find_map(|p| made(p.planned.as_ref().ok().map(|(_, n)| n)?, report));
+    fresh.publish(&lock, &made.unwrap_or_default())?;
     Ok(true)
+}
+
+/// When a point's roots were extracted (RFC 3339).
+pub fn made(nodes: &StudyNodes, report: &Report) -> Option<String> {
+    report.manifest(nodes.extract).map(|manifest| manifest.started.clone())
 }
 
 /// Puts what a point of a sweep has too, the numbers, under `prefix`.

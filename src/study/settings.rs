@@ -1,6 +1,6 @@
 //! A study as its file says it, checked: every section typed, every default written out.
 
-use super::document::{Document, Sources};
+use super::document::{Document, Resolved, Sources, note};
 use super::inputs::{Cameras, GridSection, Photos, StudySection, TankSection, Truth, find_photographs};
 use super::render::RenderSection;
 use crate::calibration::RegisterParams;
@@ -18,11 +18,11 @@ use crate::volume::hysteresis::Hysteresis;
 use crate::volume::merge::Merge;
 use crate::volume::rootness::Rootness;
 use crate::volume::suppress::Suppress;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// `[simulate]`: photograph a grown root system instead of reading photographs.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Simulate {
     /// Seed of growth, rotation and noise.
@@ -34,7 +34,7 @@ pub struct Simulate {
 }
 
 /// `[overlay]`: the pictures of roots on photographs.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OverlaySection {
     /// Radius of a mark, px.
@@ -109,6 +109,8 @@ pub struct Settings {
     pub report: ReportSection,
     /// `[truth]`.
     pub truth: Truth,
+    /// Every value that counted, by section and key, as TOML.
+    pub resolved: Resolved,
 }
 
 /// What a study's file decides by where it lies.
@@ -202,7 +204,7 @@ impl Settings {
                 file.refuse(e);
             }
         }
-        file.finish(SECTIONS)?;
+        let mut resolved = file.finish(SECTIONS)?;
 
         let input_dir = origin.base.join(&photos.dir);
         let source = if simulated {
@@ -211,12 +213,15 @@ impl Settings {
             Source::Files(find_photographs(&input_dir, &photos)?)
         };
         let tank = tank.resolve(&input_dir)?;
+        note(&mut resolved, "tank", &TankSection::from(&tank))?;
+        resolved.retain(|name, _| simulated || !name.starts_with("simulate."));
         let depth_mm = grid.depth.unwrap_or_else(|| tank.floor_mm());
         let name = study.name.unwrap_or_else(|| origin.name.clone());
         if name.is_empty() || name.starts_with('.') || name.contains(['/', '\\']) {
             return Err(Error::usage(format!("study.name `{name}` cannot name a folder"))
                 .help("use letters, digits, `-` and `_`"));
         }
+        resolved.insert("study.name".into(), toml::Value::from(name.as_str()).to_string());
         Ok(Self {
             name,
             source,
@@ -239,6 +244,7 @@ impl Settings {
             overlay,
             report,
             truth,
+            resolved,
         })
     }
 }

@@ -6,8 +6,8 @@
 use super::batch::{Batch, Point, Study};
 use super::folder::Fresh;
 use super::graph::StudyNodes;
-use super::lock;
-use super::results::put_numbers;
+use super::lock::Lock;
+use super::results::{made, put_numbers};
 use super::settings::Settings;
 use super::table::Table;
 use crate::error::{Error, Result};
@@ -142,15 +142,17 @@ impl<'a> Swept<'a> {
     /// # Errors
     /// Where no point could be computed, or the folder cannot be written; the old results then stay as they were.
     pub fn write(&self, results_dir: &Path) -> Result<bool> {
-        let lock = lock::text(self.batch, self.study, self.report)?;
-        let Some(fresh) = Fresh::begin(results_dir, &self.study.name, &lock)? else { return Ok(false) };
+        let folder = results_dir.join(&self.study.name);
+        let lock = Lock::of(self.batch, self.study, self.report, &folder)?;
+        let Some(fresh) = Fresh::begin(results_dir, &lock)? else { return Ok(false) };
         let digits = self.study.points.len().to_string().len();
         for (point, _, nodes) in self.done() {
             put_numbers(&fresh, &format!("points/{:0digits$}/", point.number), nodes, self.report)?;
         }
         fresh.write("sweep.csv", &self.table()?.csv()?)?;
         fresh.write("contact.svg", self.contact()?.as_bytes())?;
-        fresh.publish()?;
+        let made = self.done().filter_map(|(_, _, nodes)| made(nodes, self.report)).max();
+        fresh.publish(&lock, &made.unwrap_or_default())?;
         Ok(true)
     }
 }
