@@ -25,8 +25,6 @@ use serde::{Deserialize, Serialize};
 pub struct RegisterParams {
     /// Thickness of the printed belts on the tank's outer wall, mm; office paper of 80 g/m² has 0.1.
     pub print_thickness_mm: f64,
-    /// Standard deviation of that thickness and of the typed radius together, mm: the scale rests on it.
-    pub radius_sigma_mm: f64,
     /// Rounds of locating belt points and rings anew, 1..10; the second moves pixels by some 0.01.
     pub rounds: usize,
     /// Belt points by patches; false keeps the feature detector's places, which are off by 0.01 to 0.1 px.
@@ -43,7 +41,6 @@ impl Default for RegisterParams {
     fn default() -> Self {
         Self {
             print_thickness_mm: 0.1,
-            radius_sigma_mm: 0.05,
             rounds: 2,
             match_patches: true,
             adjust: AdjustParams::default(),
@@ -81,6 +78,8 @@ pub struct Quality {
     pub belt_rms_px: f64,
     /// Robust standard deviation of the rings' edges, px; 0 without any.
     pub outline_sigma_px: f64,
+    /// By how much the printed surface's radius exceeds the tank's and the print's together, mm.
+    pub thicker_mm: f64,
     /// Common shift of each ring's edge against the adjusted tank, px, with the ring's name.
     pub edge_offsets_px: Vec<(String, f64)>,
     /// Height of the tank by the photographs, given its radius, mm; `None` where rim or floor is not seen.
@@ -159,9 +158,6 @@ pub fn register(
         see_rings(&mut network, photos, &now.views, params.outline.fine_reach_mm, &params.outline);
         adjusted = adjust::adjust(&network, &now, &params.adjust)?;
     }
-    // A radius off by a part makes every length off by that part.
-    let scale = &mut adjusted.uncertainty.scale;
-    *scale = scale.hypot(params.radius_sigma_mm / belt_radius_mm);
     let quality = quality(model, &network, &adjusted, seen_height_mm);
     warn(&network, &quality, photos.len(), &mut warnings);
     let mut views = adjusted.views;
@@ -248,6 +244,7 @@ fn quality(model: &SparseModel, network: &Network, adjusted: &Adjusted, seen_hei
         belt_sigma_px: adjusted.belt_sigma_px,
         belt_rms_px: adjusted.belt_rms_px,
         outline_sigma_px: if network.outline.is_empty() { 0.0 } else { adjusted.outline_sigma_px },
+        thicker_mm: adjusted.thicker_mm,
         edge_offsets_px: network.rings.iter().map(|r| r.name.clone()).zip(adjusted.edge_offsets_px.clone()).collect(),
         seen_height_mm,
         view_residuals_px: adjusted.view_residuals_px.clone(),

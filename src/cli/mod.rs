@@ -11,6 +11,7 @@ mod evaluate;
 mod export;
 mod options;
 mod progress;
+mod rerun;
 mod run;
 mod score_table;
 mod simulate;
@@ -34,6 +35,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Run(run::Run),
+    Rerun(rerun::Rerun),
     Status(status::Status),
     Why(why::Why),
     Simulate(simulate::Simulate),
@@ -50,6 +52,7 @@ enum Command {
 pub fn run() -> Result<()> {
     match Arguments::parse().command {
         Command::Run(c) => c.run(),
+        Command::Rerun(c) => c.run(),
         Command::Status(c) => c.run(),
         Command::Why(c) => c.run(),
         Command::Simulate(c) => c.run(),

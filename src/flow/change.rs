@@ -77,6 +77,15 @@ pub enum Change {
     },
 }
 
+impl Change {
+    /// What differs between two sets of parameters.
+    pub fn of_parameters(before: &Value, now: &Value) -> Vec<Self> {
+        let mut changes = Vec::new();
+        compare_params("", before, now, &mut changes);
+        changes
+    }
+}
+
 impl fmt::Display for Change {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -100,9 +100,26 @@ impl Graph {
         (0..self.nodes.len()).map(NodeId)
     }
 
+    /// Whether each node is one of `targets` or upstream of one, in the order of [`Self::nodes`].
+    pub fn upstream(&self, targets: &[NodeId]) -> Vec<bool> {
+        let mut reached = vec![false; self.nodes.len()];
+        let mut open: Vec<usize> = targets.iter().map(|target| target.0).collect();
+        while let Some(n) = open.pop() {
+            if !std::mem::replace(&mut reached[n], true) {
+                open.extend(self.nodes[n].inputs());
+            }
+        }
+        reached
+    }
+
     /// The label of a node.
     pub fn label(&self, node: NodeId) -> &str {
         &self.nodes[node.0].label
+    }
+
+    /// The labels of all nodes, in the order of [`Self::nodes`].
+    pub fn labels(&self) -> Vec<String> {
+        self.nodes.iter().map(|node| node.label.clone()).collect()
     }
 
     /// The stage of a node; `None` for a file.
@@ -110,6 +127,25 @@ impl Graph {
         match &self.nodes[node.0].kind {
             Kind::File(_) => None,
             Kind::Stage { work, .. } => Some(work.name()),
+        }
+    }
+
+    /// The version of a node's stage; `None` for a file.
+    pub fn version(&self, node: NodeId) -> Option<u32> {
+        match &self.nodes[node.0].kind {
+            Kind::File(_) => None,
+            Kind::Stage { work, .. } => Some(work.version()),
+        }
+    }
+
+    /// The parameters of a node's stage, for people; null for a file.
+    ///
+    /// # Errors
+    /// Where they cannot be written.
+    pub fn params(&self, node: NodeId) -> Result<serde_json::Value> {
+        match &self.nodes[node.0].kind {
+            Kind::File(_) => Ok(serde_json::Value::Null),
+            Kind::Stage { work, .. } => work.params(),
         }
     }
 

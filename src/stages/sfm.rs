@@ -5,6 +5,7 @@
 //! repeats the model up to the rounding of sums over threads, so that two computations may differ in the last digits.
 
 use super::colmap_run::{Job, run};
+use crate::calibration::SparseModel;
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use serde::{Deserialize, Serialize};
@@ -13,8 +14,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SfmParams {
-    /// How many next photographs around the ring each one is matched with; 0 takes all pairs up to 40
-    /// photographs, and a sixth of the ring plus 2 beyond: the belts are shared over some 60 degrees.
+    /// How many next photographs around the ring each one is matched with. 0 takes a sixth of the ring and
+    /// two more, for the belts are shared over some 60 degrees, and all pairs where that is not enough.
     pub neighbours: usize,
     /// COLMAP's random seed.
     pub seed: u32,
@@ -54,27 +55,23 @@ impl Stage for Sfm {
             .map(|(name, f)| Ok((name.clone(), f.bytes("file")?)))
             .collect::<Result<Vec<_>>>()?;
         let n = photos.len();
-        let neighbours = match self.params.neighbours {
-            0 if n <= 40 => n,
-            0 => n.div_ceil(6) + 2,
-            given => given,
-        };
         let mask_png = inputs.one("mask")?.bytes("mask.png")?;
-        let job = Job { photos, mask_png: &mask_png, neighbours, seed: self.params.seed };
-        let (sparse, program) = run(&job, progress)?;
-        let lost: Vec<&str> =
-            self.photos.iter().filter(|p| sparse.views.iter().all(|v| v.file != **p)).map(String::as_str).collect();
-        if !lost.is_empty() {
-            return Err(Error::failed(format!(
-                "structure from motion registered {} of {n} photographs; not registered: {}",
-                sparse.views.len(),
-                lost.join(", ")
-            ))
-            .help(
-                "photographs must follow each other around the tank in small steps (15 degrees or less), the belts sharp \
-                 and alike; check the sfm-mask, or leave these photographs out of photos.images",
-            ));
+        let attempts = match self.params.neighbours {
+            0 => vec![n.div_ceil(6) + 2, n],
+            given => vec![given],
+        };
+        let mut job = Job { photos, mask_png: &mask_png, neighbours: 0, seed: self.params.seed };
+        let mut found = None;
+        for neighbours in attempts {
+            job.neighbours = neighbours;
+            found = Some(run(&job, progress));
+            if found.as_ref().is_some_and(|f| f.as_ref().is_ok_and(|(sparse, _)| sparse.views.len() == n)) {
+                break;
+            }
+            progress.check()?;
         }
+        let (sparse, program) = found.unwrap_or_else(|| Err(Error::failed("structure from motion was not run")))?;
+        self.check_registered(&sparse)?;
         let rms = sparse.reprojection_rms_px().unwrap_or(f64::INFINITY);
         if rms > 1.5 {
             output.warn(format!("structure from motion reprojects its points with {rms:.2} px root mean square"));
@@ -85,5 +82,26 @@ impl Stage for Sfm {
 
     fn peak_bytes(&self) -> u64 {
         2 << 30
+    }
+}
+
+impl Sfm {
+    /// Every photograph of a study needs its camera.
+    fn check_registered(&self, sparse: &SparseModel) -> Result<()> {
+        let lost: Vec<&str> =
+            self.photos.iter().filter(|p| sparse.views.iter().all(|v| v.file != **p)).map(String::as_str).collect();
+        if lost.is_empty() {
+            return Ok(());
+        }
+        Err(Error::failed(format!(
+            "structure from motion registered {} of {} photographs; not registered: {}",
+            sparse.views.len(),
+            self.photos.len(),
+            lost.join(", ")
+        ))
+        .help(
+            "photographs must follow each other around the tank in small steps (15 degrees or less), the belts sharp \
+             and alike; check the sfm-mask, or leave these photographs out of photos.images",
+        ))
     }
 }

@@ -4,7 +4,9 @@
 //! as a string, so that `--set photos.dir=../plant-7` needs no quotes.
 
 use crate::error::{Error, Excerpt, Result};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
@@ -33,6 +35,18 @@ impl Sources {
         Ok(sources)
     }
 
+    /// The file at `path`, and overrides.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, and as [`Sources::new`].
+    pub fn open(path: &std::path::Path, overrides: &[String]) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            Error::usage(format!("cannot read the study file `{}`: {e}", path.display()))
+                .help("a study is a TOML file; see pipelines/ for examples")
+        })?;
+        Self::new(&path.display().to_string(), &text, overrides)
+    }
+
     fn add(&mut self, setting: &str) -> Result<()> {
         let bad = |why: &str| {
             Error::usage(format!("--set {setting}: {why}"))
@@ -57,11 +71,16 @@ impl Sources {
 }
 
 /// The parsed study; sections are taken out of it one by one.
+#[derive(Clone)]
 pub struct Document<'t> {
     sources: &'t Sources,
     table: DeTable<'t>,
     faults: Vec<Error>,
+    resolved: Resolved,
 }
+
+/// Every parameter, also those that the file leaves to their defaults: `section.key` with its value as TOML.
+pub type Resolved = BTreeMap<String, String>;
 
 impl<'t> Document<'t> {
     /// Parses the file and lays the overrides over it.
@@ -70,7 +89,7 @@ impl<'t> Document<'t> {
     /// Every place where the text is not TOML.
     pub fn parse(sources: &'t Sources) -> Result<Self> {
         let (table, errors) = DeTable::parse_recoverable(&sources.text[..sources.file_len]);
-        let mut document = Self { sources, table: table.into_inner(), faults: Vec::new() };
+        let mut document = Self { sources, table: table.into_inner(), faults: Vec::new(), resolved: Resolved::new() };
         Error::many(errors.iter().map(|e| document.fault(e.message(), e.span())).collect())?;
         for line in &sources.lines {
             let (laid, _) = DeTable::parse_recoverable(line);
@@ -81,7 +100,15 @@ impl<'t> Document<'t> {
 
     /// Takes a section out and reads it as `T`; a missing section is an empty one. Faults are kept for
     /// [`Self::finish`]: keys at fault are left out and the rest is read, the defaults standing in.
-    pub fn section<T: DeserializeOwned + Default>(&mut self, key: &str) -> T {
+    pub fn section<T: DeserializeOwned + Serialize + Default>(&mut self, key: &str) -> T {
+        let section = self.read(key);
+        if let Err(e) = note(&mut self.resolved, key, &section) {
+            self.faults.push(e);
+        }
+        section
+    }
+
+    fn read<T: DeserializeOwned + Default>(&mut self, key: &str) -> T {
         let Some((span, mut table)) = self.take_table(key) else { return T::default() };
         loop {
             let value = Spanned::new(span.clone(), DeValue::Table(table.clone()));
@@ -102,6 +129,23 @@ impl<'t> Document<'t> {
         }
     }
 
+    /// Lays a table over the document.
+    pub(super) fn lay(&mut self, table: DeTable<'t>) {
+        merge(&mut self.table, table);
+    }
+
+    /// Gives the parameter `SECTION.KEY` a value; faults of it are shown at the value's own place.
+    pub(super) fn set(&mut self, parameter: &'t str, value: Spanned<DeValue<'t>>) {
+        let span = value.span();
+        let nested = parameter.rsplit('.').fold(value, |inner, name| {
+            let key = Spanned::new(span.clone(), name.into());
+            Spanned::new(span.clone(), DeValue::Table([(key, inner)].into_iter().collect()))
+        });
+        if let DeValue::Table(table) = nested.into_inner() {
+            self.lay(table);
+        }
+    }
+
     /// Whether the file has that section.
     pub fn has(&self, key: &str) -> bool {
         self.table.iter().any(|(k, _)| k.get_ref().as_ref() == key)
@@ -112,21 +156,23 @@ impl<'t> Document<'t> {
         self.faults.push(error);
     }
 
-    /// Refuses the sections that nobody took.
+    /// Refuses the sections that nobody took; of those that were read, hands back every value.
     ///
     /// # Errors
     /// All faults found in the file, at once.
-    pub fn finish(mut self, known: &[&str]) -> Result<()> {
+    pub fn finish(mut self, known: &[&str]) -> Result<Resolved> {
         let left: Vec<_> = self.table.iter().map(|(k, _)| (k.get_ref().to_string(), k.span())).collect();
         for (key, span) in left {
             let fault =
                 self.fault(&format!("unknown section `{key}`, expected one of {}", known.join(", ")), Some(span));
             self.faults.push(fault);
         }
-        Error::many(self.faults)
+        Error::many(self.faults)?;
+        Ok(self.resolved)
     }
 
-    fn take_table(&mut self, key: &str) -> Option<(Range<usize>, DeTable<'t>)> {
+    /// Takes a section out; a value that is no section is noted as a fault.
+    pub(super) fn take_table(&mut self, key: &str) -> Option<(Range<usize>, DeTable<'t>)> {
         let found = self.table.iter().find(|(k, _)| k.get_ref().as_ref() == key).map(|(k, _)| k.clone())?;
         let value = self.table.remove(&found)?;
         let span = value.span();
@@ -141,7 +187,8 @@ impl<'t> Document<'t> {
         }
     }
 
-    fn fault(&self, message: &str, span: Option<Range<usize>>) -> Error {
+    /// The error `message` at a place of the file, or of the override that the place lies in.
+    pub(super) fn fault(&self, message: &str, span: Option<Range<usize>>) -> Error {
         let Sources { name, text, file_len, .. } = self.sources;
         let Some(span) = span else { return Error::usage(format!("`{name}`: {message}")) };
         let before = &text[..span.start.min(text.len())];
@@ -157,6 +204,32 @@ impl<'t> Document<'t> {
             start: span.start,
             len: span.len().max(1),
         })
+    }
+}
+
+/// Notes the values of a section as those that count.
+///
+/// # Errors
+/// Where they have no form in TOML.
+pub(super) fn note<T: Serialize>(resolved: &mut Resolved, key: &str, section: &T) -> Result<()> {
+    let cannot = |e: &dyn std::fmt::Display| Error::failed(format!("[{key}] cannot be written as TOML: {e}"));
+    // By way of text, where a number of single precision has its shortest form.
+    let text = toml::to_string(section).map_err(|e| cannot(&e))?;
+    let table = text.parse::<toml::Table>().map_err(|e| cannot(&e))?;
+    let prefix = format!("{key}.");
+    resolved.retain(|name, _| !name.starts_with(&prefix));
+    flatten(key, table, resolved);
+    Ok(())
+}
+
+/// The values of nested tables under dotted names.
+fn flatten(prefix: &str, table: toml::Table, into: &mut Resolved) {
+    for (key, value) in table {
+        let name = format!("{prefix}.{key}");
+        match value {
+            toml::Value::Table(inner) => flatten(&name, inner, into),
+            value => drop(into.insert(name, value.to_string())),
+        }
     }
 }
 
@@ -181,14 +254,14 @@ mod tests {
     use super::*;
     use serde::Deserialize;
 
-    #[derive(Deserialize, Default, Debug, PartialEq)]
+    #[derive(Deserialize, Serialize, Default, Debug, PartialEq)]
     #[serde(deny_unknown_fields, default)]
     struct Extract {
         low: f64,
         high: f64,
     }
 
-    fn read(text: &str, set: &[&str]) -> (Extract, Result<()>) {
+    fn read(text: &str, set: &[&str]) -> (Extract, Result<Resolved>) {
         let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
         let sources = match Sources::new("study.toml", text, &set) {
             Ok(sources) => sources,
@@ -203,8 +276,10 @@ mod tests {
     #[test]
     fn overrides_win_over_the_file() {
         let (e, r) = read("[extract]\nlow = 0.1\nhigh = 0.2\n", &["extract.high=0.5"]);
-        r.unwrap();
+        let resolved = r.unwrap();
         assert_eq!(e, Extract { low: 0.1, high: 0.5 });
+        let resolved: Vec<_> = resolved.iter().map(|(k, v)| format!("{k} = {v}")).collect();
+        assert_eq!(resolved, ["extract.high = 0.5", "extract.low = 0.1"]);
     }
 
     #[test]

@@ -3,11 +3,11 @@
 use crate::error::{Error, Result};
 use crate::formats::tank_json;
 use crate::optics::{Index, Tank};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// `[study]`: what the study is called.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct StudySection {
     /// Name of the results folder; the file's name without its ending when absent.
@@ -17,7 +17,7 @@ pub struct StudySection {
 }
 
 /// `[photos]`: which photographs, in capture order.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Photos {
     /// Folder that the other input paths of the study start from; relative to the study file (or to
@@ -34,7 +34,7 @@ impl Default for Photos {
 }
 
 /// Where the cameras come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CameraSource {
     /// A file with lens and poses.
@@ -45,7 +45,7 @@ pub enum CameraSource {
 }
 
 /// `[cameras]`: lens and poses.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Cameras {
     /// `file` or `sfm`.
@@ -61,7 +61,7 @@ impl Default for Cameras {
 }
 
 /// `[tank]`: geometry and material; numbers given here win over those of `file`.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TankSection {
     /// A `tank.json`, relative to `photos.dir`.
@@ -81,7 +81,7 @@ pub struct TankSection {
 }
 
 /// `[tank.index]`.
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct IndexSection {
     /// n₁, 1.0 for air.
@@ -90,6 +90,21 @@ pub struct IndexSection {
     pub wall: Option<f64>,
     /// n₃, 1.333 for water.
     pub water: Option<f64>,
+}
+
+impl From<&Tank> for TankSection {
+    fn from(tank: &Tank) -> Self {
+        let Index { air, wall, water } = tank.index;
+        Self {
+            file: None,
+            radius: Some(tank.radius_mm),
+            height: Some(tank.height_mm),
+            wall: Some(tank.wall_mm),
+            water_level: Some(tank.water_level_mm),
+            index: IndexSection { air: Some(air), wall: Some(wall), water: Some(water) },
+            belts: Some(tank.belts_mm.clone()),
+        }
+    }
 }
 
 impl TankSection {
@@ -137,7 +152,7 @@ impl TankSection {
 }
 
 /// `[grid]`: the voxels.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GridSection {
     /// Edge δ of a voxel, mm.  Paper 3: 1 mm.
@@ -153,7 +168,7 @@ impl Default for GridSection {
 }
 
 /// `[truth]`: the true roots, where they are known; the result is then scored against them.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Truth {
     /// A `roots.json`, relative to `photos.dir`.

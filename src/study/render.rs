@@ -2,10 +2,10 @@
 
 use crate::error::Result;
 use crate::volume::{Grid, PatchRbf, RenderOptions, Sampling};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// How the pixel of a voxel is found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// By the exact inverse of the ray's path.
@@ -16,7 +16,7 @@ pub enum Method {
 }
 
 /// Whether the views' volumes are kept in the store.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Keep {
     /// As long as all views together stay under [`MOST_STORED_BYTES`].
@@ -33,7 +33,7 @@ pub enum Keep {
 pub const MOST_STORED_BYTES: u64 = 2 << 30;
 
 /// `[render]`: the views' volumes.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderSection {
     /// exact or patch-rbf (the paper's).

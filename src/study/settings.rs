@@ -1,6 +1,6 @@
 //! A study as its file says it, checked: every section typed, every default written out.
 
-use super::document::{Document, Sources};
+use super::document::{Document, Resolved, Sources, note};
 use super::inputs::{Cameras, GridSection, Photos, StudySection, TankSection, Truth, find_photographs};
 use super::render::RenderSection;
 use crate::calibration::RegisterParams;
@@ -8,6 +8,9 @@ use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::optics::Tank;
 use crate::photo::contrast::ContrastParams;
+use crate::roots::TraceParams;
+use crate::roots::diameter::DiameterParams;
+use crate::roots::traits::TraitParams;
 use crate::simulation::{CaptureParams, GrowthParams};
 use crate::stages::sfm::SfmParams;
 use crate::volume::Grid;
@@ -15,11 +18,11 @@ use crate::volume::hysteresis::Hysteresis;
 use crate::volume::merge::Merge;
 use crate::volume::rootness::Rootness;
 use crate::volume::suppress::Suppress;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// `[simulate]`: photograph a grown root system instead of reading photographs.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Simulate {
     /// Seed of growth, rotation and noise.
@@ -31,7 +34,7 @@ pub struct Simulate {
 }
 
 /// `[overlay]`: the pictures of roots on photographs.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OverlaySection {
     /// Radius of a mark, px.
@@ -42,6 +45,14 @@ impl Default for OverlaySection {
     fn default() -> Self {
         Self { mark_radius: 1.0 }
     }
+}
+
+/// `[report]`: pictures beside the numbers.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReportSection {
+    /// Depth of a horizontal slice to show, mm below the rim.
+    pub slice: Option<f64>,
 }
 
 /// Where the photographs come from.
@@ -86,32 +97,85 @@ pub struct Settings {
     pub suppress: Suppress,
     /// `[extract]`.
     pub extract: Hysteresis,
+    /// `[trace]`.
+    pub trace: TraceParams,
+    /// `[diameters]`.
+    pub diameters: DiameterParams,
+    /// `[traits]`.
+    pub traits: TraitParams,
     /// `[overlay]`.
     pub overlay: OverlaySection,
+    /// `[report]`.
+    pub report: ReportSection,
     /// `[truth]`.
     pub truth: Truth,
+    /// Every value that counted, by section and key, as TOML.
+    pub resolved: Resolved,
+}
+
+/// What a study's file decides by where it lies.
+pub(super) struct Origin {
+    /// Name of a study that does not say its own.
+    name: String,
+    /// Folder that `photos.dir` starts from.
+    base: PathBuf,
+}
+
+impl Origin {
+    /// A folder named on the command line starts from where the user stands, one named in the file from the file.
+    pub(super) fn of(path: &Path, overrides: &[String]) -> Self {
+        let from_command = overrides.iter().any(|o| o.trim_start().starts_with("photos.dir"));
+        let base = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
+        let name = path.file_stem().map_or("study".into(), |s| s.to_string_lossy().into());
+        Self { name, base: base.to_owned() }
+    }
 }
 
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
-    "study", "simulate", "photos", "cameras", "mask", "sfm", "pose", "tank", "grid", "render", "contrast", "merge",
-    "rootness", "suppress", "extract", "overlay", "truth",
+    "study",
+    "simulate",
+    "photos",
+    "cameras",
+    "mask",
+    "sfm",
+    "pose",
+    "tank",
+    "grid",
+    "render",
+    "contrast",
+    "merge",
+    "rootness",
+    "suppress",
+    "extract",
+    "trace",
+    "diameters",
+    "traits",
+    "overlay",
+    "report",
+    "truth",
 ];
 
 impl Settings {
-    /// Reads the study file at `path` with `--set` overrides laid over it.
+    /// Reads the study file at `path` with `--set` overrides laid over it; what it sweeps, and the studies that it
+    /// derives from itself, are left out.
     ///
     /// # Errors
     /// Every fault of the file at once, with line, column and remedy.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| {
-            let mut error = Error::usage(format!("cannot read the study file `{}`: {e}", path.display()));
-            error.help = Some("a study is a TOML file; see pipelines/ for examples".into());
-            error
-        })?;
-        let sources = Sources::new(&path.display().to_string(), &text, overrides)?;
+        let sources = Sources::open(path, overrides)?;
         let mut file = Document::parse(&sources)?;
+        for left_out in ["sweep", "studies"] {
+            file.take_table(left_out);
+        }
+        Self::read(file, &Origin::of(path, overrides))
+    }
 
+    /// Reads the sections of `file`.
+    ///
+    /// # Errors
+    /// As [`Settings::load`].
+    pub(super) fn read(mut file: Document<'_>, origin: &Origin) -> Result<Self> {
         let study: StudySection = file.section("study");
         let simulated = file.has("simulate");
         let simulate: Simulate = file.section("simulate");
@@ -128,7 +192,11 @@ impl Settings {
         let rootness: Rootness = file.section("rootness");
         let suppress: Suppress = file.section("suppress");
         let extract: Hysteresis = file.section("extract");
+        let trace: TraceParams = file.section("trace");
+        let diameters: DiameterParams = file.section("diameters");
+        let traits: TraitParams = file.section("traits");
         let overlay: OverlaySection = file.section("overlay");
+        let report: ReportSection = file.section("report");
         let truth: Truth = file.section("truth");
         for checked in [render.check(), contrast.check(), merge.check(), extract.check(), rootness.check(grid.spacing)]
         {
@@ -136,25 +204,24 @@ impl Settings {
                 file.refuse(e);
             }
         }
-        file.finish(SECTIONS)?;
+        let mut resolved = file.finish(SECTIONS)?;
 
-        // A folder named on the command line starts from where the user stands.
-        let from_command = overrides.iter().any(|o| o.trim_start().starts_with("photos.dir"));
-        let base = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
-        let input_dir = base.join(&photos.dir);
+        let input_dir = origin.base.join(&photos.dir);
         let source = if simulated {
             Source::Simulated(Box::new(simulate))
         } else {
             Source::Files(find_photographs(&input_dir, &photos)?)
         };
         let tank = tank.resolve(&input_dir)?;
+        note(&mut resolved, "tank", &TankSection::from(&tank))?;
+        resolved.retain(|name, _| simulated || !name.starts_with("simulate."));
         let depth_mm = grid.depth.unwrap_or_else(|| tank.floor_mm());
-        let name =
-            study.name.unwrap_or_else(|| path.file_stem().map_or("study".into(), |s| s.to_string_lossy().into()));
+        let name = study.name.unwrap_or_else(|| origin.name.clone());
         if name.is_empty() || name.starts_with('.') || name.contains(['/', '\\']) {
             return Err(Error::usage(format!("study.name `{name}` cannot name a folder"))
                 .help("use letters, digits, `-` and `_`"));
         }
+        resolved.insert("study.name".into(), toml::Value::from(name.as_str()).to_string());
         Ok(Self {
             name,
             source,
@@ -171,8 +238,13 @@ impl Settings {
             rootness,
             suppress,
             extract,
+            trace,
+            diameters,
+            traits,
             overlay,
+            report,
             truth,
+            resolved,
         })
     }
 }

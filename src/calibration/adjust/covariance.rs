@@ -5,7 +5,7 @@
 
 use super::AdjustParams;
 use super::normal::{Sigmas, normal};
-use super::state::{LENS, Network, POSE, State, on_cylinder};
+use super::state::{COMMON, Network, POSE, State, on_cylinder};
 use crate::error::{Error, Result};
 use crate::optics::{Mat3, Vec3};
 use nalgebra::{DMatrix, DVector};
@@ -24,6 +24,8 @@ pub struct Uncertainty {
     pub pitch_deg: f64,
     /// Common roll of the cameras against the tank, degrees.
     pub roll_deg: f64,
+    /// Radius of the printed surface, mm.
+    pub radius_mm: f64,
     /// Distance of the cameras from the axis, as a part of itself (scale).
     pub scale: f64,
     /// Tilt of the ring of cameras against the tank's axis, degrees.
@@ -90,6 +92,7 @@ pub(super) fn uncertainty(
         focal_px: unit(0),
         principal_point_px: [unit(1), unit(2)],
         distortion: [unit(3), unit(4), unit(5), unit(6), unit(7)],
+        radius_mm: unit(8),
         pitch_deg: linear(&|_| (Vec3::x() / views, Vec3::zeros())).to_degrees(),
         roll_deg: linear(&|_| (Vec3::z() / views, Vec3::zeros())).to_degrees(),
         scale: linear(&|p| (Vec3::zeros(), flat(centre(p) - mean) / size)),
@@ -112,15 +115,15 @@ fn wall_px(network: &Network, state: &State, inverse: &DMatrix<f64>) -> f64 {
         for side in [-1.0, 0.0, 1.0] {
             for k in 0..5 {
                 let z = low + (high - low) * f64::from(k) / 4.0;
-                let (x, _) = on_cylinder(network.belt_radius_mm, front + side * 1.047, z);
+                let (x, _) = on_cylinder(network.belt_radius_mm + state.thicker_mm, front + side * 1.047, z);
                 let Some(p) = state.project(view, &x) else { continue };
                 let at = state.pose_index(view);
                 for row in 0..2 {
-                    let mut j = DVector::<f64>::zeros(LENS + POSE);
-                    j.rows_mut(0, LENS).copy_from(&p.by_lens.row(row).transpose());
-                    j.rows_mut(LENS, POSE).copy_from(&p.by_pose.row(row).transpose());
-                    let index: Vec<usize> = (0..LENS).chain(at..at + POSE).collect();
-                    let part = DMatrix::from_fn(LENS + POSE, LENS + POSE, |a, b| inverse[(index[a], index[b])]);
+                    let mut j = DVector::<f64>::zeros(COMMON + POSE);
+                    j.rows_mut(0, COMMON).copy_from(&p.by_common.row(row).transpose());
+                    j.rows_mut(COMMON, POSE).copy_from(&p.by_pose.row(row).transpose());
+                    let index: Vec<usize> = (0..COMMON).chain(at..at + POSE).collect();
+                    let part = DMatrix::from_fn(COMMON + POSE, COMMON + POSE, |a, b| inverse[(index[a], index[b])]);
                     sum += j.dot(&(part * &j));
                 }
                 count += 1;

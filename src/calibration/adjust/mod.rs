@@ -4,7 +4,8 @@
 //! and the pitch almost free together. What cures it is knowledge of the tank: belt points are bound to
 //! the cylinder of known radius, and the outline's rings (rim, floor, belt edges) lie at known heights.
 //!
-//! **Unknowns**, in the tank frame: the lens (f, cx, cy, k1, k2, p1, p2, k3), a pose per view (turned by
+//! **Unknowns**, in the tank frame: the lens (f, cx, cy, k1, k2, p1, p2, k3), the printed surface's radius
+//! (within its prior: the distance of rim and floor corrects it), a pose per view (turned by
 //! `exp ω` from the left, shifted by δt), two numbers (φ, z) per belt point, and per ring one offset of
 //! the seen edge along the outward normal (blur and halo move all of a ring's edges alike).
 //!
@@ -53,6 +54,9 @@ pub struct AdjustParams {
     /// Prior standard deviation of k3 about 0; 0 holds it: the tank fills too little of the picture to
     /// tell r⁶ from r⁴.
     pub k3_sigma: f64,
+    /// Prior standard deviation of the printed surface's radius (the typed radius and the print's thickness
+    /// together), mm; 0 holds it. Two sheets of paper more or less, or a tape measure read to a tenth.
+    pub radius_sigma_mm: f64,
     /// Prior standard deviation of a ring's common edge offset, px: by how far blur, halo and half-tones
     /// may shift all of its edges.
     pub edge_offset_sigma_px: f64,
@@ -70,6 +74,7 @@ impl Default for AdjustParams {
             radial_sigma: 0.3,
             tangential_sigma: 0.002,
             k3_sigma: 0.0,
+            radius_sigma_mm: 0.05,
             edge_offset_sigma_px: 0.15,
         }
     }

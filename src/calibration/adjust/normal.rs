@@ -1,6 +1,6 @@
 //! The normal equations with the points eliminated.
 
-use super::state::{LENS, Network, POSE, Projection, State, on_cylinder};
+use super::state::{COMMON, Network, POSE, Projection, State, on_cylinder};
 use super::{AdjustParams, Loss};
 use crate::optics::Vec3;
 use nalgebra::{DMatrix, DVector, Matrix2, SMatrix, Vector2};
@@ -19,7 +19,7 @@ pub(super) struct Eliminated {
     inverse: Matrix2<f64>,
     right: Vector2<f64>,
     /// Coupling with the lens and, per sighting, with a pose.
-    lens: SMatrix<f64, LENS, 2>,
+    lens: SMatrix<f64, COMMON, 2>,
     poses: Vec<(usize, SMatrix<f64, POSE, 2>)>,
 }
 
@@ -32,7 +32,7 @@ pub(super) struct Normal {
 impl Normal {
     /// The points' steps that go with a step of the rest.
     pub fn point_steps(&self, step: &DVector<f64>) -> Vec<Vector2<f64>> {
-        let lens = step.fixed_rows::<LENS>(0);
+        let lens = step.fixed_rows::<COMMON>(0);
         let of = |p: &Eliminated| {
             let mut right = p.right - p.lens.transpose() * lens;
             for (at, w) in &p.poses {
@@ -59,14 +59,14 @@ pub(super) fn outline_residual(network: &Network, state: &State, k: usize) -> Op
     let mut azimuth = state.azimuths[k];
     let target = Vector2::new(seen.u, seen.v);
     for _ in 0..3 {
-        let (x, by) = on_cylinder(ring.radius_mm, azimuth, ring.z_mm);
+        let (x, by) = on_cylinder(ring.radius_mm + state.thicker_mm, azimuth, ring.z_mm);
         let p = state.project(seen.view, &x)?;
         let tangent = p.by_point * by.column(0);
         // A ring seen edge-on turns back at its ends: the step is bounded there.
         azimuth += (tangent.dot(&(target - p.pixel)) / tangent.norm_squared().max(1e-12)).clamp(-0.05, 0.05);
     }
-    let (x, by) = on_cylinder(ring.radius_mm, azimuth, ring.z_mm);
-    let projection = state.project(seen.view, &x)?;
+    let (x, by) = on_cylinder(ring.radius_mm + state.thicker_mm, azimuth, ring.z_mm);
+    let projection = state.project(seen.view, &x)?.rides_on_radius(azimuth);
     let tangent: Vector2<f64> = (projection.by_point * by.column(0)).normalize();
     let mut normal = Vector2::new(-tangent.y, tangent.x);
     let away = projection.by_point * Vec3::new(0.0, 0.0, ring.outward);
@@ -80,7 +80,7 @@ pub(super) fn outline_residual(network: &Network, state: &State, k: usize) -> Op
 /// Prior residuals of the unknowns: (index, deviation from the prior's mean, standard deviation);
 /// standard deviation 0 holds the unknown.
 pub(super) fn priors(network: &Network, params: &AdjustParams, state: &State) -> Vec<(usize, f64, f64)> {
-    let l = state.lens_values();
+    let l = state.common_values();
     let (w, h) = (state.lens.width as f64, state.lens.height as f64);
     let centre = params.principal_point_sigma * w;
     let mut out = vec![
@@ -91,6 +91,7 @@ pub(super) fn priors(network: &Network, params: &AdjustParams, state: &State) ->
         (5, l[5], params.tangential_sigma),
         (6, l[6], params.tangential_sigma),
         (7, l[7], params.k3_sigma),
+        (8, l[8], params.radius_sigma_mm),
     ];
     if let Some((focal, sigma)) = network.focal_prior_px {
         out.push((0, l[0] - focal, sigma));
@@ -105,7 +106,7 @@ pub(super) fn cost(network: &Network, params: &AdjustParams, state: &State, sigm
     let rho = |x: f64| scale * scale * params.loss.rho(x / scale);
     let mut sum = 0.0;
     for ((track, &(azimuth, z)), sigma) in network.tracks.iter().zip(&state.points).zip(&sigmas.belt_px) {
-        let (x, _) = on_cylinder(network.belt_radius_mm, azimuth, z);
+        let (x, _) = on_cylinder(network.belt_radius_mm + state.thicker_mm, azimuth, z);
         for (s, sigma_px) in track.iter().zip(sigma) {
             let miss = state.project(s.view, &x).map_or(1e3, |p| (p.pixel - Vector2::new(s.u, s.v)).norm());
             sum += rho(miss / sigma_px);
@@ -130,25 +131,26 @@ pub(super) fn normal(network: &Network, params: &AdjustParams, state: &State, si
     let weight = |x: f64| Loss::weight(params.loss, x / params.loss_scale);
     let mut points = Vec::with_capacity(network.tracks.len());
     for ((track, &(azimuth, z)), sigma) in network.tracks.iter().zip(&state.points).zip(&sigmas.belt_px) {
-        let (x, by) = on_cylinder(network.belt_radius_mm, azimuth, z);
+        let (x, by) = on_cylinder(network.belt_radius_mm + state.thicker_mm, azimuth, z);
         let mut point = Matrix2::zeros();
         let mut point_right = Vector2::zeros();
-        let mut lens = SMatrix::<f64, LENS, 2>::zeros();
+        let mut lens = SMatrix::<f64, COMMON, 2>::zeros();
         let mut poses = Vec::with_capacity(track.len());
         for (s, sigma_px) in track.iter().zip(sigma) {
             let Some(p) = state.project(s.view, &x) else { continue };
+            let p = p.rides_on_radius(azimuth);
             let miss = p.pixel - Vector2::new(s.u, s.v);
             let w = weight(miss.norm() / sigma_px) / (sigma_px * sigma_px);
             let by_point: Matrix2<f64> = p.by_point * by;
             let at = state.pose_index(s.view);
-            add(&mut matrix, 0, 0, &(p.by_lens.transpose() * p.by_lens * w));
-            add(&mut matrix, 0, at, &(p.by_lens.transpose() * p.by_pose * w));
+            add(&mut matrix, 0, 0, &(p.by_common.transpose() * p.by_common * w));
+            add(&mut matrix, 0, at, &(p.by_common.transpose() * p.by_pose * w));
             add(&mut matrix, at, at, &(p.by_pose.transpose() * p.by_pose * w));
-            add_vector(&mut right, 0, &(p.by_lens.transpose() * miss * -w));
+            add_vector(&mut right, 0, &(p.by_common.transpose() * miss * -w));
             add_vector(&mut right, at, &(p.by_pose.transpose() * miss * -w));
             point += by_point.transpose() * by_point * w;
             point_right -= by_point.transpose() * miss * w;
-            lens += p.by_lens.transpose() * by_point * w;
+            lens += p.by_common.transpose() * by_point * w;
             poses.push((at, p.by_pose.transpose() * by_point * w));
         }
         point[(0, 0)] *= 1.0 + damping;
@@ -159,17 +161,17 @@ pub(super) fn normal(network: &Network, params: &AdjustParams, state: &State, si
     for k in 0..network.outline.len() {
         let Some(r) = outline_residual(network, state, k) else { continue };
         let w = weight(r.value / sigmas.outline_px) / (sigmas.outline_px * sigmas.outline_px);
-        let by_lens = r.normal.transpose() * r.projection.by_lens;
+        let by_common = r.normal.transpose() * r.projection.by_common;
         let by_pose = r.normal.transpose() * r.projection.by_pose;
         let at = state.pose_index(network.outline[k].view);
         let offset = state.offset_index(network.outline[k].ring);
-        add(&mut matrix, 0, 0, &(by_lens.transpose() * by_lens * w));
-        add(&mut matrix, 0, offset, &(by_lens.transpose() * w));
-        add(&mut matrix, 0, at, &(by_lens.transpose() * by_pose * w));
+        add(&mut matrix, 0, 0, &(by_common.transpose() * by_common * w));
+        add(&mut matrix, 0, offset, &(by_common.transpose() * w));
+        add(&mut matrix, 0, at, &(by_common.transpose() * by_pose * w));
         matrix[(offset, offset)] += w;
         add(&mut matrix, offset, at, &(by_pose * w));
         add(&mut matrix, at, at, &(by_pose.transpose() * by_pose * w));
-        add_vector(&mut right, 0, &(by_lens.transpose() * (-w * r.value)));
+        add_vector(&mut right, 0, &(by_common.transpose() * (-w * r.value)));
         right[offset] -= w * r.value;
         add_vector(&mut right, at, &(by_pose.transpose() * (-w * r.value)));
     }

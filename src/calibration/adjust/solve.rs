@@ -23,6 +23,8 @@ pub struct Adjusted {
     pub belt_rms_px: f64,
     /// Robust standard deviation of the outline's residuals, px; NaN without outline.
     pub outline_sigma_px: f64,
+    /// By how much the printed surface's radius exceeds the given one, mm.
+    pub thicker_mm: f64,
     /// Common offset of each ring's edge, px.
     pub edge_offsets_px: Vec<f64>,
     /// Median residual of each view's belt points, px.
@@ -48,6 +50,7 @@ pub fn adjust(network: &Network, start: &Start, params: &AdjustParams) -> Result
     }
     let mut state = State {
         lens: start.views[0].lens,
+        thicker_mm: 0.0,
         poses: start.views.iter().map(|v| (v.rotation, v.translation_mm)).collect(),
         points: start.points_mm.iter().map(|p| (p.y.atan2(p.x), p.z)).collect(),
         azimuths: network.outline.iter().map(|o| o.azimuth).collect(),
@@ -66,13 +69,14 @@ pub fn adjust(network: &Network, start: &Start, params: &AdjustParams) -> Result
         count += 1;
         by_view[view].push(miss.norm());
     });
-    let point = |&(azimuth, z): &(f64, f64)| on_cylinder(network.belt_radius_mm, azimuth, z).0;
+    let point = |&(azimuth, z): &(f64, f64)| on_cylinder(network.belt_radius_mm + state.thicker_mm, azimuth, z).0;
     Ok(Adjusted {
         views: state.views(),
         points_mm: state.points.iter().map(point).collect(),
         belt_sigma_px: frontal_sigma_px(network, &state),
         belt_rms_px: (sum / count.max(1) as f64).sqrt(),
         outline_sigma_px: if network.outline.is_empty() { f64::NAN } else { sigmas.outline_px },
+        thicker_mm: state.thicker_mm,
         edge_offsets_px: state.offsets.clone(),
         view_residuals_px: by_view.iter_mut().map(|v| crate::math::robust::median(v)).collect(),
         uncertainty,
@@ -81,7 +85,7 @@ pub fn adjust(network: &Network, start: &Start, params: &AdjustParams) -> Result
 
 fn each_belt_miss(network: &Network, state: &State, mut take: impl FnMut(usize, Vector2<f64>)) {
     for (track, &(azimuth, z)) in network.tracks.iter().zip(&state.points) {
-        let (x, _) = on_cylinder(network.belt_radius_mm, azimuth, z);
+        let (x, _) = on_cylinder(network.belt_radius_mm + state.thicker_mm, azimuth, z);
         for s in track {
             if let Some(p) = state.project(s.view, &x) {
                 take(s.view, p.pixel - Vector2::new(s.u, s.v));
@@ -115,7 +119,7 @@ fn by_incidence(network: &Network, state: &State) -> ([f64; BINS], Vec<Vec<Miss>
     let mut bins: [Vec<f64>; BINS] = std::array::from_fn(|_| Vec::new());
     let mut all = Vec::with_capacity(network.tracks.len());
     for (track, &(azimuth, z)) in network.tracks.iter().zip(&state.points) {
-        let (x, _) = on_cylinder(network.belt_radius_mm, azimuth, z);
+        let (x, _) = on_cylinder(network.belt_radius_mm + state.thicker_mm, azimuth, z);
         let of = |s: &Sighting| {
             let miss = state.project(s.view, &x).map_or(Vector2::new(1e3, 1e3), |p| p.pixel - Vector2::new(s.u, s.v));
             (miss.x, miss.y, bin(state, s.view, &x))

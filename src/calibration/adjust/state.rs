@@ -4,8 +4,8 @@ use crate::calibration::sparse::Sighting;
 use crate::optics::{Lens, Mat3, Vec3, View};
 use nalgebra::{Matrix2, Matrix2x3, Rotation3, SMatrix, Vector2};
 
-/// Unknowns of the lens, in the order f, cx, cy, k1, k2, p1, p2, k3.
-pub const LENS: usize = 8;
+/// Unknowns common to all views: f, cx, cy, k1, k2, p1, p2, k3 and the printed surface's radius.
+pub const COMMON: usize = 9;
 /// Unknowns of a pose: ω, δt.
 pub const POSE: usize = 6;
 
@@ -69,6 +69,8 @@ pub struct Start {
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub lens: Lens,
+    /// By how much the printed surface's radius exceeds the given one, mm.
+    pub thicker_mm: f64,
     pub poses: Vec<(Mat3, Vec3)>,
     /// (φ, z).
     pub points: Vec<(f64, f64)>,
@@ -78,30 +80,31 @@ pub(super) struct State {
     pub offsets: Vec<f64>,
 }
 
-/// A pixel with its derivatives by lens, pose and the point in the tank frame.
+/// A pixel with its derivatives by the common unknowns, the pose and the point in the tank frame; that by the
+/// radius is 0 until [`Projection::rides_on_radius`] is called.
 pub(super) struct Projection {
     pub pixel: Vector2<f64>,
-    pub by_lens: SMatrix<f64, 2, LENS>,
+    pub by_common: SMatrix<f64, 2, COMMON>,
     pub by_pose: SMatrix<f64, 2, POSE>,
     pub by_point: Matrix2x3<f64>,
 }
 
 impl State {
     pub fn size(&self) -> usize {
-        LENS + self.offsets.len() + POSE * self.poses.len()
+        COMMON + self.offsets.len() + POSE * self.poses.len()
     }
 
     pub fn offset_index(&self, ring: usize) -> usize {
-        LENS + ring
+        COMMON + ring
     }
 
     pub fn pose_index(&self, view: usize) -> usize {
-        LENS + self.offsets.len() + POSE * view
+        COMMON + self.offsets.len() + POSE * view
     }
 
-    pub fn lens_values(&self) -> [f64; LENS] {
+    pub fn common_values(&self) -> [f64; COMMON] {
         let (l, d) = (&self.lens, &self.lens.distortion);
-        [l.focal_px, l.cx, l.cy, d.k1, d.k2, d.p1, d.p2, d.k3]
+        [l.focal_px, l.cx, l.cy, d.k1, d.k2, d.p1, d.p2, d.k3, self.thicker_mm]
     }
 
     /// The state after a step of the eliminated system (points move separately).
@@ -116,8 +119,9 @@ impl State {
         l.distortion.p1 += step[5];
         l.distortion.p2 += step[6];
         l.distortion.k3 += step[7];
+        next.thicker_mm += step[8];
         for (ring, offset) in next.offsets.iter_mut().enumerate() {
-            *offset += step[LENS + ring];
+            *offset += step[COMMON + ring];
         }
         for view in 0..self.poses.len() {
             let at = self.pose_index(view);
@@ -164,9 +168,9 @@ impl State {
         let by_camera = by_xy * Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y) / c.z;
         let (r4, r6) = (r2 * r2, r2 * r2 * r2);
         #[rustfmt::skip]
-        let by_lens = SMatrix::<f64, 2, LENS>::from_row_slice(&[
-            xd, 1.0, 0.0, f * x * r2, f * x * r4, f * 2.0 * x * y, f * (r2 + 2.0 * x * x), f * x * r6,
-            yd, 0.0, 1.0, f * y * r2, f * y * r4, f * (r2 + 2.0 * y * y), f * 2.0 * x * y, f * y * r6,
+        let by_common = SMatrix::<f64, 2, COMMON>::from_row_slice(&[
+            xd, 1.0, 0.0, f * x * r2, f * x * r4, f * 2.0 * x * y, f * (r2 + 2.0 * x * x), f * x * r6, 0.0,
+            yd, 0.0, 1.0, f * y * r2, f * y * r4, f * (r2 + 2.0 * y * y), f * 2.0 * x * y, f * y * r6, 0.0,
         ]);
         let mut by_pose = SMatrix::<f64, 2, POSE>::zeros();
         // exp(ω) turned = turned + ω x turned.
@@ -174,10 +178,20 @@ impl State {
         by_pose.fixed_columns_mut::<3>(3).copy_from(&by_camera);
         Some(Projection {
             pixel: Vector2::new(f * xd + l.cx, f * yd + l.cy),
-            by_lens,
+            by_common,
             by_pose,
             by_point: by_camera * r,
         })
+    }
+}
+
+impl Projection {
+    /// The point lies on the printed surface at that azimuth: it moves with the surface's radius.
+    pub fn rides_on_radius(mut self, azimuth: f64) -> Self {
+        let (s, c) = azimuth.sin_cos();
+        let by_radius = self.by_point * Vec3::new(c, s, 0.0);
+        self.by_common.set_column(COMMON - 1, &by_radius);
+        self
     }
 }
 
