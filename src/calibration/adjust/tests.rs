@@ -43,7 +43,7 @@ fn network(views: &[View], noise_px: f64, wrong: f64, seed: u64) -> (Network, Ve
     let (mut tracks, mut points) = (Vec::new(), Vec::new());
     for k in 0..400 {
         let z = if k % 2 == 0 { 20.0 * rng.random::<f64>() } else { HEIGHT - 20.0 * rng.random::<f64>() };
-        let (x, _) = on_cylinder(RADIUS, 6.28 * rng.random::<f64>(), z);
+        let (x, _) = on_cylinder(RADIUS, std::f64::consts::TAU * rng.random::<f64>(), z);
         let mut seen = Vec::new();
         for (view, v) in views.iter().enumerate() {
             let to = v.centre_in_tank() - x;
