@@ -96,7 +96,7 @@ impl Lock {
         let settings: Vec<Option<Resolved>> = study
             .points
             .iter()
-            .map(|point| Ok(point.planned.as_ref().ok().map(|(s, _)| portable(s, folder)).transpose()?))
+            .map(|point| point.planned.as_ref().ok().map(|(s, _)| portable(s, folder)).transpose())
             .collect::<Result<_>>()?;
         let base = settings.iter().flatten().next().cloned().unwrap_or_default();
         let point = |(point, own): (&Point, Option<Resolved>)| LockedPoint {
