@@ -63,8 +63,8 @@ impl Forward<'_> {
         Some([to.x * sin - to.y * cos, ray.p2_mm.z + foot * ray.v2.z / plan - point.z])
     }
 
-    /// The regular ray through the point: every local minimum of the miss over a dense grid is refined by
-    /// Newton with differences.
+    /// The regular ray through the point: the smallest misses and every local minimum over a dense grid are
+    /// refined by Newton with differences.
     fn search(&self, point: &Vec3) -> Option<(f64, f64)> {
         const SIDES: usize = 161;
         const HEIGHTS: usize = 81;
@@ -80,42 +80,45 @@ impl Forward<'_> {
                 size(self.miss(side, z, point))
             })
             .collect();
+        let mut starts: Vec<usize> = (0..field.len()).filter(|&n| field[n].is_finite()).collect();
+        starts.sort_by(|&a, &b| field[a].total_cmp(&field[b]));
+        let lowest = |&n: &usize| {
+            let (i, k) = (n / HEIGHTS, n % HEIGHTS);
+            (i.saturating_sub(1)..(i + 2).min(SIDES))
+                .all(|a| (k.saturating_sub(1)..(k + 2).min(HEIGHTS)).all(|b| field[a * HEIGHTS + b] >= field[n]))
+        };
+        let minima: Vec<usize> = starts.iter().copied().filter(lowest).collect();
+        starts.truncate(100);
+        starts.extend(minima);
         let mut best: Option<(f64, (f64, f64))> = None;
-        for i in 0..SIDES {
-            for k in 0..HEIGHTS {
-                let here = field[i * HEIGHTS + k];
-                let lowest = (i.saturating_sub(1)..(i + 2).min(SIDES))
-                    .all(|a| (k.saturating_sub(1)..(k + 2).min(HEIGHTS)).all(|b| field[a * HEIGHTS + b] >= here));
-                if !here.is_finite() || !lowest {
-                    continue;
+        for n in starts {
+            let (i, k) = (n / HEIGHTS, n % HEIGHTS);
+            let (mut side, mut z) = at(i, k);
+            for _ in 0..60 {
+                let h = 1e-6;
+                let (Some(m), Some(a), Some(b)) =
+                    (self.miss(side, z, point), self.miss(side + h, z, point), self.miss(side, z + h, point))
+                else {
+                    break;
+                };
+                let j = [(a[0] - m[0]) / h, (b[0] - m[0]) / h, (a[1] - m[1]) / h, (b[1] - m[1]) / h];
+                let det = j[0] * j[3] - j[1] * j[2];
+                let step = [(m[0] * j[3] - m[1] * j[1]) / det, (m[1] * j[0] - m[0] * j[2]) / det];
+                // Halved until the miss shrinks.
+                let mut scale = 1.0;
+                while scale > 1e-6
+                    && size(self.miss(side - scale * step[0], z - scale * step[1], point)) >= m[0].hypot(m[1])
+                {
+                    scale *= 0.5;
                 }
-                let (mut side, mut z) = at(i, k);
-                for _ in 0..60 {
-                    let h = 1e-6;
-                    let (Some(m), Some(a), Some(b)) =
-                        (self.miss(side, z, point), self.miss(side + h, z, point), self.miss(side, z + h, point))
-                    else {
-                        break;
-                    };
-                    let j = [(a[0] - m[0]) / h, (b[0] - m[0]) / h, (a[1] - m[1]) / h, (b[1] - m[1]) / h];
-                    let det = j[0] * j[3] - j[1] * j[2];
-                    let step = [(m[0] * j[3] - m[1] * j[1]) / det, (m[1] * j[0] - m[0] * j[2]) / det];
-                    // Halved until the miss shrinks.
-                    let mut scale = 1.0;
-                    while scale > 1e-6
-                        && size(self.miss(side - scale * step[0], z - scale * step[1], point)) >= m[0].hypot(m[1])
-                    {
-                        scale *= 0.5;
-                    }
-                    if scale <= 1e-6 {
-                        break;
-                    }
-                    (side, z) = (side - scale * step[0], z - scale * step[1]);
+                if scale <= 1e-6 {
+                    break;
                 }
-                let miss = size(self.miss(side, z, point));
-                if miss < 1e-7 && self.is_regular(side, z) == Some(true) && best.is_none_or(|(least, _)| miss < least) {
-                    best = Some((miss, (side, z)));
-                }
+                (side, z) = (side - scale * step[0], z - scale * step[1]);
+            }
+            let miss = size(self.miss(side, z, point));
+            if miss < 1e-7 && self.is_regular(side, z) == Some(true) && best.is_none_or(|(least, _)| miss < least) {
+                best = Some((miss, (side, z)));
             }
         }
         best.map(|(_, found)| found)

@@ -3,6 +3,7 @@
 pub mod belt_svg;
 pub mod cameras_json;
 pub mod colmap;
+pub mod gltf;
 pub mod json;
 pub mod ome_zarr;
 pub mod photograph;

@@ -1,6 +1,10 @@
 //! The CSV tables of the results: units stand in the headers, a dot is the decimal mark.
 
 use crate::error::{Error, Result};
+use crate::roots::traits::Trait;
+use crate::roots::traits::depth::Layer;
+use crate::roots::traits::per_root::PerRoot;
+use crate::roots::traits::spread::Spread;
 use crate::roots::{Repair, TracedRoot};
 use serde::Serialize;
 
@@ -102,4 +106,63 @@ pub fn repairs(repairs: &[Repair]) -> Result<Vec<u8>> {
         (r.kind.name(), x, y, z, round(r.length_mm), r.reason.as_str())
     });
     csv(&["repair", "x_mm", "y_mm", "z_mm", "length_mm", "reason"], rows)
+}
+
+/// `traits.csv`: one trait per row; the name ends in its unit, a trait that is not defined has no value.
+///
+/// # Errors
+/// As [`csv`].
+pub fn traits(traits: &[Trait]) -> Result<Vec<u8>> {
+    csv(&["trait", "value"], traits.iter().map(|t| (t.name.as_str(), finite(t.value))))
+}
+
+/// `per_root.csv`.
+///
+/// # Errors
+/// As [`csv`].
+pub fn per_root(rows: &[PerRoot]) -> Result<Vec<u8>> {
+    let columns = [
+        "root_id",
+        "parent_id",
+        "order",
+        "length_mm",
+        "tortuosity",
+        "mean_diameter_mm",
+        "base_diameter_mm",
+        "tip_diameter_mm",
+        "volume_mm3",
+        "surface_area_mm2",
+        "insertion_mm",
+        "insertion_angle_deg",
+        "emergence_angle_deg",
+        "midpoint_angle_deg",
+        "tip_angle_deg",
+        "laterals",
+        "lateral_density_per_mm",
+        "tip_depth_mm",
+    ];
+    csv(&columns, rows)
+}
+
+/// `depth_profile.csv`.
+///
+/// # Errors
+/// As [`csv`].
+pub fn depth_profile(layers: &[Layer]) -> Result<Vec<u8>> {
+    csv(&["depth_from_mm", "depth_to_mm", "length_mm", "volume_mm3", "tips", "width_mm"], layers)
+}
+
+/// `trait_spread.csv`.
+///
+/// # Errors
+/// As [`csv`].
+pub fn trait_spread(rows: &[Spread]) -> Result<Vec<u8>> {
+    let row =
+        |s: &Spread| (s.name.clone(), s.count, finite(s.mean), finite(s.sd), finite(s.low_2_5), finite(s.high_97_5));
+    csv(&["trait", "count", "mean", "sd", "quantile_2.5", "quantile_97.5"], rows.iter().map(row))
+}
+
+/// An empty cell instead of NaN or infinity.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
 }

@@ -33,6 +33,30 @@ pub fn smooth<const D: usize>(values: &[[f64; D]], step_mm: f64, wavelength_mm: 
     resample(&knots, step_mm)
 }
 
+/// `values` at ascending positions `arc` (mm), smoothed as a curve's are, given back at the same positions.
+pub fn smooth_values<const D: usize>(
+    arc: &[f64],
+    values: &[[f64; D]],
+    step_mm: f64,
+    wavelength_mm: f64,
+) -> Vec<[f64; D]> {
+    let (Some(&first), Some(&last)) = (arc.first(), arc.last()) else { return Vec::new() };
+    let length = last - first;
+    if values.len() < 3 || length < 1e-9 {
+        return values.to_vec();
+    }
+    let from: Vec<f64> = arc.iter().map(|s| s - first).collect();
+    let knots = fit(values, &from, length, step_mm, wavelength_mm);
+    let h = length / (knots.len() - 1) as f64;
+    from.iter()
+        .map(|s| {
+            let k = ((s / h) as usize).min(knots.len() - 2);
+            let f = s / h - k as f64;
+            std::array::from_fn(|d| knots[k][d] + f * (knots[k + 1][d] - knots[k][d]))
+        })
+        .collect()
+}
+
 /// The polyline at equal arc spacing close to `step_mm`, both ends kept; extra values interpolated.
 pub fn resample<const D: usize>(line: &[[f64; D]], step_mm: f64) -> Vec<[f64; D]> {
     let arc = chord_lengths(line);

@@ -2,13 +2,17 @@
 
 pub mod bridge;
 pub mod curve;
+pub mod diameter;
 pub mod hierarchy;
+pub mod ink;
 pub mod link;
+pub mod paint;
 pub mod repair;
 pub mod ridge;
 pub mod strand;
 pub mod tie;
 pub mod trace;
+pub mod traits;
 pub mod tube;
 
 pub use repair::Repair;

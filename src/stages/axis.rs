@@ -4,7 +4,7 @@
 use super::suppress::triples;
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
-use crate::photo::contrast::axis::ColourAxis;
+use crate::photo::contrast::axis::Learned;
 use serde::Serialize;
 
 /// The colour axis.
@@ -20,10 +20,10 @@ impl Stage for Axis {
         for contrast in inputs.many("contrasts") {
             samples.append(&mut triples(contrast.array::<f32>("samples")?.read()?)?);
         }
-        let axis = ColourAxis::learn(samples)?;
-        if axis.is_gray() {
+        let learned = Learned::new(samples)?;
+        if learned.is_gray() {
             output.warn("nothing in the water stands out from the photographs' noise: gray is used in place of a learned colour axis");
         }
-        output.json("axis", &axis)
+        output.json("axis", &learned.axis)
     }
 }

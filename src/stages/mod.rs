@@ -8,6 +8,7 @@ pub mod cameras;
 pub mod capture;
 mod colmap_run;
 pub mod contrast;
+pub mod diameters;
 pub mod evaluate;
 pub mod extract;
 pub mod feature;
@@ -22,8 +23,10 @@ pub mod render_patch;
 pub mod rootness;
 pub mod sfm;
 pub mod sfm_mask;
+pub mod slices;
 pub mod suppress;
 pub mod trace;
+pub mod traits;
 pub mod undistort;
 pub mod volume;
 

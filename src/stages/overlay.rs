@@ -23,9 +23,12 @@ pub struct Overlay {
 /// JPEG quality of the overlays: pictures to look at, not to measure on.
 const QUALITY: u8 = 85;
 
+/// A root farther than this from the nearest regular ray is out of the view's sight.
+const OUT_OF_SIGHT_MM: f64 = 0.1;
+
 impl Stage for Overlay {
     const NAME: &'static str = "overlay";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
@@ -37,7 +40,7 @@ impl Stage for Overlay {
             .iter()
             .filter_map(|r| {
                 let [x, y, z] = r.point_mm.map(f64::from);
-                let p = map.project(&Vec3::new(x, y, z)).filter(|p| p.clear)?;
+                let p = map.project(&Vec3::new(x, y, z)).filter(|p| p.clear && p.distance_mm <= OUT_OF_SIGHT_MM)?;
                 Some(Mark { u: p.u, v: p.v, colour: palette::distinct(r.component as usize) })
             })
             .collect();

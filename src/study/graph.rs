@@ -11,6 +11,7 @@ use crate::stages::camera::Camera;
 use crate::stages::cameras::Cameras;
 use crate::stages::capture::{Capture, photo_name};
 use crate::stages::contrast::Contrast;
+use crate::stages::diameters::Diameters;
 use crate::stages::evaluate::Evaluate;
 use crate::stages::extract::Extract;
 use crate::stages::feature::Feature;
@@ -25,7 +26,10 @@ use crate::stages::render_patch::RenderPatch;
 use crate::stages::rootness::Rootness;
 use crate::stages::sfm::Sfm;
 use crate::stages::sfm_mask::SfmMask;
+use crate::stages::slices::Slices;
 use crate::stages::suppress::Suppress;
+use crate::stages::trace::Trace;
+use crate::stages::traits::Traits;
 use crate::stages::undistort::Undistort;
 use crate::stages::volume::Volume;
 
@@ -40,12 +44,16 @@ pub struct StudyNodes {
     pub cameras: NodeId,
     /// The extracted root voxels.
     pub extract: NodeId,
+    /// Roots, traits and their files.
+    pub traits: NodeId,
     /// The OME-Zarr image.
     pub volume: NodeId,
     /// Its labels.
     pub labels: NodeId,
     /// One overlay per photograph.
     pub overlays: Vec<NodeId>,
+    /// Pictures of a slice, where the study asks for one.
+    pub slices: Option<NodeId>,
     /// The score, where the truth is known.
     pub score: Option<NodeId>,
 }
@@ -53,13 +61,14 @@ pub struct StudyNodes {
 impl StudyNodes {
     /// The nodes of the numbers: what a point of a sweep is compared by.
     pub fn numbers(&self) -> Vec<NodeId> {
-        [self.cameras, self.extract].into_iter().chain(self.score).collect()
+        [self.cameras, self.extract].into_iter().chain(self.slices).chain(self.score).collect()
     }
 
     /// All nodes that a run brings up to date.
     pub fn targets(&self) -> Vec<NodeId> {
-        let mut targets = vec![self.cameras, self.extract, self.volume, self.labels];
+        let mut targets = vec![self.cameras, self.extract, self.traits, self.volume, self.labels];
         targets.extend(&self.overlays);
+        targets.extend(self.slices);
         targets.extend(self.score);
         targets
     }
@@ -158,6 +167,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     let rootness = graph.add("rootness", rootness, &[("merged", &[merged])]);
     let ridges = graph.add("suppress", Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
     let extract = graph.add("extract", Extract { grid: s.grid, params: s.extract }, &[("ridges", &[ridges])]);
+    let traits = roots(graph, s, &files, &seen, [ridges, extract, rootness]);
     let overlays = seen
         .into_iter()
         .map(|(name, photo, camera)| {
@@ -170,6 +180,8 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         .collect();
     let volume = graph.add("volume", Volume { grid: s.grid }, &[("merged", &[merged]), ("rootness", &[rootness])]);
     let labels = graph.add("labels", Labels { grid: s.grid }, &[("roots", &[extract])]);
+    let slices = s.report.slice.map(|depth_mm| Slices::at(depth_mm, &s.grid)).transpose()?;
+    let slices = slices.map(|stage| graph.add("slices", stage, &[("merged", &[merged]), ("rootness", &[rootness])]));
     let score = truth.map(|truth| {
         let stage = Evaluate {
             tank: s.tank.clone(),
@@ -182,7 +194,26 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         };
         graph.add("evaluate", stage, &[("roots", &[extract]), ("truth", &[truth])])
     });
-    Ok(StudyNodes { photos, photo_nodes: files, cameras, extract, volume, labels, overlays, score })
+    Ok(StudyNodes { photos, photo_nodes: files, cameras, extract, traits, volume, labels, overlays, slices, score })
+}
+
+/// From ridges to roots, their diameters, their traits.
+fn roots(
+    graph: &mut Graph,
+    s: &Settings,
+    photos: &[NodeId],
+    seen: &[(&String, NodeId, NodeId)],
+    [ridges, extract, rootness]: [NodeId; 3],
+) -> NodeId {
+    let trace = Trace { grid: s.grid, sigma_mm: s.rootness.sigma.clone(), params: s.trace.clone() };
+    let ports = [("ridges", &[ridges][..]), ("roots", &[extract]), ("rootness", &[rootness])];
+    let traced = graph.add("trace", trace, &ports);
+    let cameras: Vec<NodeId> = seen.iter().map(|v| v.2).collect();
+    let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
+    let ports = [("system", &[traced][..]), ("photos", photos), ("cameras", &cameras)];
+    let measured = graph.add("diameters", diameters, &ports);
+    let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
+    graph.add("traits", traits, &[("system", &[measured])])
 }
 
 /// The cameras found in the photographs alone.  Paper 2.2.

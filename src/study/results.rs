@@ -13,6 +13,19 @@ use crate::stages::extract;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// The files of the root system that always are; the RSML needs a root.
+const ROOT_FILES: [&str; 9] = [
+    "roots.csv",
+    "traits.csv",
+    "per_root.csv",
+    "depth_profile.csv",
+    "repairs.csv",
+    "roots.ply",
+    "centrelines.ply",
+    "roots.glb",
+    "roots.swc",
+];
+
 /// Brings `results_dir/<name>` up to date and tells whether it had to be written.
 ///
 /// # Errors
@@ -23,6 +36,13 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) 
     for point in &study.points {
         let (settings, nodes) = point.planned.as_ref().map_err(Clone::clone)?;
         put_numbers(&fresh, "", nodes, report)?;
+        for name in ROOT_FILES {
+            fresh.put(report, nodes.traits, name, name)?;
+        }
+        let rsml = "roots.rsml";
+        if report.artefact(nodes.traits)?.has(rsml) {
+            fresh.put(report, nodes.traits, rsml, rsml)?;
+        }
         fresh.put(report, nodes.volume, "volume.ome.zarr", "volume.ome.zarr")?;
         fresh.put(report, nodes.labels, "labels", "volume.ome.zarr/labels")?;
         for (photo, &overlay) in nodes.photos.iter().zip(&nodes.overlays) {
@@ -48,6 +68,11 @@ pub fn put_numbers(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Rep
     fresh.put(report, nodes.extract, "root_voxels.csv", &format!("{prefix}root_voxels.csv"))?;
     if let Some(score) = nodes.score {
         fresh.put(report, score, "score", &format!("{prefix}score.json"))?;
+    }
+    if let Some(slices) = nodes.slices {
+        for name in ["merged.png", "coverage.png", "rootness.png"] {
+            fresh.put(report, slices, name, &format!("{prefix}slices/{name}"))?;
+        }
     }
     let views: Vec<NamedView> = report.artefact(nodes.cameras)?.json("cameras")?;
     fresh.write(&format!("{prefix}cameras.json"), cameras_json::write(&views)?.as_bytes())

@@ -8,6 +8,9 @@ use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::optics::Tank;
 use crate::photo::contrast::ContrastParams;
+use crate::roots::TraceParams;
+use crate::roots::diameter::DiameterParams;
+use crate::roots::traits::TraitParams;
 use crate::simulation::{CaptureParams, GrowthParams};
 use crate::stages::sfm::SfmParams;
 use crate::volume::Grid;
@@ -42,6 +45,14 @@ impl Default for OverlaySection {
     fn default() -> Self {
         Self { mark_radius: 1.0 }
     }
+}
+
+/// `[report]`: pictures beside the numbers.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReportSection {
+    /// Depth of a horizontal slice to show, mm below the rim.
+    pub slice: Option<f64>,
 }
 
 /// Where the photographs come from.
@@ -86,8 +97,16 @@ pub struct Settings {
     pub suppress: Suppress,
     /// `[extract]`.
     pub extract: Hysteresis,
+    /// `[trace]`.
+    pub trace: TraceParams,
+    /// `[diameters]`.
+    pub diameters: DiameterParams,
+    /// `[traits]`.
+    pub traits: TraitParams,
     /// `[overlay]`.
     pub overlay: OverlaySection,
+    /// `[report]`.
+    pub report: ReportSection,
     /// `[truth]`.
     pub truth: Truth,
     /// Every value that counted, by section and key, as TOML.
@@ -114,8 +133,27 @@ impl Origin {
 
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
-    "study", "simulate", "photos", "cameras", "mask", "sfm", "pose", "tank", "grid", "render", "contrast", "merge",
-    "rootness", "suppress", "extract", "overlay", "truth",
+    "study",
+    "simulate",
+    "photos",
+    "cameras",
+    "mask",
+    "sfm",
+    "pose",
+    "tank",
+    "grid",
+    "render",
+    "contrast",
+    "merge",
+    "rootness",
+    "suppress",
+    "extract",
+    "trace",
+    "diameters",
+    "traits",
+    "overlay",
+    "report",
+    "truth",
 ];
 
 impl Settings {
@@ -154,7 +192,11 @@ impl Settings {
         let rootness: Rootness = file.section("rootness");
         let suppress: Suppress = file.section("suppress");
         let extract: Hysteresis = file.section("extract");
+        let trace: TraceParams = file.section("trace");
+        let diameters: DiameterParams = file.section("diameters");
+        let traits: TraitParams = file.section("traits");
         let overlay: OverlaySection = file.section("overlay");
+        let report: ReportSection = file.section("report");
         let truth: Truth = file.section("truth");
         for checked in [render.check(), contrast.check(), merge.check(), extract.check(), rootness.check(grid.spacing)]
         {
@@ -196,7 +238,11 @@ impl Settings {
             rootness,
             suppress,
             extract,
+            trace,
+            diameters,
+            traits,
             overlay,
+            report,
             truth,
             resolved,
         })

@@ -27,11 +27,22 @@ pub const SIGNIFICANCE: f64 = 5.0;
 /// A pixel counts when it is clear so many pixels around: the border's contrast is half water, half wall.
 const MARGIN_PX: usize = 4;
 
-/// The axis and what it was learned from.
+/// The axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ColourAxis {
-    /// Feature per code of contrast in R, G, B: noise deviations.
+    /// Feature per code of contrast in R, G, B: noise deviations, in steps of 1/[`STEPS`] of the greatest's octave, so
+    /// that a photograph exchanged among many usually leaves the axis, and with it the other views, alone.
     pub weights: [f64; 3],
+}
+
+/// Steps of an octave.
+const STEPS: f64 = 32.0;
+
+/// The axis and what it was learned from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Learned {
+    /// The axis.
+    pub axis: ColourAxis,
     /// Mean feature of the significant pixels, noise deviations.
     pub contrast: f64,
     /// Share of significant pixels among the clear ones.
@@ -40,13 +51,13 @@ pub struct ColourAxis {
     pub noise_codes: [f64; 3],
 }
 
-impl ColourAxis {
+impl Learned {
     /// Learns the axis from the [`samples`] of all photographs of a capture. Without significant pixels
     /// it is gray.
     ///
     /// # Errors
     /// Where there are hardly any samples.
-    pub fn learn(samples: impl IntoIterator<Item = [f32; 3]>) -> Result<Self> {
+    pub fn new(samples: impl IntoIterator<Item = [f32; 3]>) -> Result<Self> {
         let samples: Vec<Vec3> = samples.into_iter().map(|x| Vec3::from(x.map(f64::from))).collect();
         if samples.len() < 100 {
             return Err(Error::failed("no photograph shows the water")
@@ -78,7 +89,7 @@ impl ColourAxis {
         };
         let weights = direction / (direction.transpose() * noise * direction)[0].sqrt().max(1e-12);
         Ok(Self {
-            weights: weights.into(),
+            axis: ColourAxis { weights: in_steps(weights).into() },
             contrast: weights.dot(&mean),
             share,
             noise_codes: [0, 1, 2].map(|c| noise[(c, c)].sqrt()),
@@ -86,10 +97,20 @@ impl ColourAxis {
     }
 }
 
-impl ColourAxis {
+impl Learned {
     /// Whether too few pixels stood out to learn from.
     pub fn is_gray(&self) -> bool {
         self.share < LEAST_SHARE
+    }
+}
+
+/// Rounded to steps of the greatest weight's octave.
+fn in_steps(weights: Vec3) -> Vec3 {
+    let octave = weights.amax().log2().floor().exp2();
+    if octave.is_finite() && octave > 0.0 {
+        weights.map(|w| (w / octave * STEPS).round() / STEPS * octave)
+    } else {
+        weights
     }
 }
 

@@ -33,14 +33,15 @@ pub struct ContrastParams {
     /// Edge of the background's window, mm at the tank's axis, 2..100. Several times the thickest root,
     /// so that no root fills half of it.
     pub window_mm: f64,
-    /// Standard deviation of the smoothing, mm at the tank's axis, 0..5; about half the diameter of the
-    /// thinnest roots (0.5 mm), so that it takes noise and leaves roots.
+    /// Standard deviation of the smoothing, mm at the tank's axis, 0..5; well below the radius of the
+    /// thinnest roots (0.25 mm), so that it takes the noise of fine photographs and leaves roots. Coarser
+    /// averaging is the rendering's.
     pub blur_mm: f64,
 }
 
 impl Default for ContrastParams {
     fn default() -> Self {
-        Self { enabled: true, window_mm: 15.0, blur_mm: 0.3 }
+        Self { enabled: true, window_mm: 15.0, blur_mm: 0.15 }
     }
 }
 

@@ -1,0 +1,81 @@
+//! A bar of light of given width, blurred by a Gaussian.
+
+/// ½ (1 + erf(x / √2)) to 1.2e-7 (rational approximation by Hastings; Abramowitz and Stegun 7.1.26).
+fn normal_below(x: f64) -> f64 {
+    let z = x.abs() * std::f64::consts::FRAC_1_SQRT_2;
+    let t = 1.0 / (1.0 + 0.327_591_1 * z);
+    let series =
+        t * (0.254_829_592 + t * (-0.284_496_736 + t * (1.421_413_741 + t * (-1.453_152_027 + t * 1.061_405_429))));
+    let tail = 0.5 * series * (-z * z).exp();
+    if x < 0.0 { tail } else { 1.0 - tail }
+}
+
+/// The blurred edge, tabulated, for one point spread.
+#[derive(Debug, Clone)]
+pub struct Bars {
+    spread_px: f64,
+    table: Vec<f64>,
+}
+
+/// Where the edge's table ends, in standard deviations.
+const REACH: f64 = 5.0;
+/// Entries per standard deviation.
+const PER_SIGMA: f64 = 64.0;
+
+impl Bars {
+    /// Bars blurred by `spread_px`.
+    pub fn new(spread_px: f64) -> Self {
+        let n = (2.0 * REACH * PER_SIGMA) as usize;
+        Self { spread_px, table: (0..=n + 1).map(|k| normal_below(k as f64 / PER_SIGMA - REACH)).collect() }
+    }
+
+    /// Light at `x` beyond an edge at 0.
+    fn edge(&self, x: f64) -> f64 {
+        let at = (x / self.spread_px + REACH) * PER_SIGMA;
+        if at <= 0.0 {
+            return 0.0;
+        }
+        if at >= 2.0 * REACH * PER_SIGMA {
+            return 1.0;
+        }
+        let k = at as usize;
+        self.table[k] + (at - k as f64) * (self.table[k + 1] - self.table[k])
+    }
+
+    /// Density of the point spread at `x`, times its standard deviation squared.
+    fn bell(&self, x: f64) -> f64 {
+        let z = x / self.spread_px;
+        if z.abs() > REACH { 0.0 } else { self.spread_px * 0.398_942_280_401 * (-0.5 * z * z).exp() }
+    }
+
+    /// At `x`: light of a bar of `width` about 0, 1 inside a wide one; and that of a bar whose light rises
+    /// from -1 to 1 across its width.
+    pub fn light_and_shade(&self, x: f64, width: f64) -> (f64, f64) {
+        let half = 0.5 * width;
+        let light = self.edge(x + half) - self.edge(x - half);
+        (light, (x * light + self.bell(x + half) - self.bell(x - half)) / half)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bar_keeps_its_light_and_its_edges() {
+        let bars = Bars::new(0.6);
+        assert!((bars.light_and_shade(0.0, 20.0).0 - 1.0).abs() < 1e-6);
+        assert!((bars.light_and_shade(10.0, 20.0).0 - 0.5).abs() < 1e-6);
+        let sum: f64 = (-4000..4000).map(|k| bars.light_and_shade(f64::from(k) * 0.005, 1.7).0 * 0.005).sum();
+        assert!((sum - 1.7).abs() < 1e-4);
+        let x = 0.7;
+        let blurred: f64 = (-850..850)
+            .map(|k| f64::from(k) * 0.001 + 0.0005)
+            .map(|t| {
+                t / 0.85 * (-0.5 * ((x - t) / 0.6f64).powi(2)).exp() / (0.6 * std::f64::consts::TAU.sqrt()) * 0.001
+            })
+            .sum();
+        assert!((bars.light_and_shade(x, 1.7).1 - blurred).abs() < 1e-4);
+        assert!((normal_below(1.0) - 0.841_344_746).abs() < 2e-7 && (normal_below(-2.0) - 0.022_750_132).abs() < 2e-7);
+    }
+}

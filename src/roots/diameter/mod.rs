@@ -1,0 +1,224 @@
+//! Diameters from the photographs.
+//!
+//! At every measured centreline point and in every photograph that sees it through a regular, clear ray, the pixels of
+//! the photograph as taken (not undistorted, not interpolated, in linear light) about the projected centreline are
+//! compared with a blurred bar:
+//!
+//! `light(x) = a + b x + c · bar(x; w s, σ) + d · shade(x; w s, σ)`,
+//! bar(x; w, σ) = ½ [erf((x + w/2) / σ√2) − erf((x − w/2) / σ√2)], shade: the same for a light that rises across it
+//!
+//! x is the pixel's distance across the projected line (px), w the diameter (mm), s the scale across the line (px/mm)
+//! from the Jacobian of the refracted projection, σ the point spread (px). a, b, c, d are solved for each photograph
+//! (d: roots are lit from one side); w is common to all photographs: it minimises the sum over
+//! photographs of `n ln RSS(w)` (noise of unknown size), each photograph's rise limited so that no photograph
+//! decides alone ([`width`]). Pixels that other roots cover in the photograph are left out ([`clutter`]).
+//!
+//! Before, the centrelines are moved to where the photographs show the roots ([`refine`]): the bars are not let
+//! free to shift in each photograph, since a bar that follows the lit side only is too narrow.
+//!
+//! Along a root the diameters are smoothed; their standard deviation is that of the photographs' own best
+//! widths about the common one, over the root of their number. Points that fewer than `min_views` photographs measure
+//! take their diameter from their neighbours, or, where a root has none, keep the scale-space estimate.
+
+pub mod bar;
+pub mod clutter;
+pub mod profile;
+pub mod refine;
+pub mod width;
+
+use super::curve;
+use super::trace::TracedRoot;
+use crate::error::{Error, Result};
+use clutter::Clutter;
+use profile::{Profile, Sight};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// How diameters are measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DiameterParams {
+    /// Distance between measured points along a root, mm, 0.2 to 10; the centreline's points between take
+    /// interpolated values.
+    pub every_mm: f64,
+    /// Half length of the stretch whose pixels are taken together, mm, 0.2 to 10: the diameter hardly changes over it.
+    pub stretch_mm: f64,
+    /// Width of background taken on either side of the root, px, 2 to 20.
+    pub margin_px: f64,
+    /// Standard deviation of the photographs' point spread, px, 0.2 to 5: the pixel's own square gives 0.29, a good
+    /// lens about as much again; more for interpolated colours or a soft lens. Too much makes thin roots too thin.
+    pub spread_px: f64,
+    /// Fewest photographs that give a diameter, 1 to 100.
+    pub min_views: usize,
+    /// Waves of the diameter along a root shorter than this are noise, mm, 1 to 100.
+    pub smooth_mm: f64,
+    /// Furthest way that a centreline point is moved in one of the rounds, mm, 0 to 10; 0 leaves the centrelines.
+    pub furthest_mm: f64,
+    /// Waves of these shifts along a root shorter than this are noise, mm, 1 to 100.
+    pub shift_smooth_mm: f64,
+    /// Thinnest diameter looked for, mm.
+    pub thinnest_mm: f64,
+    /// Thickest diameter looked for, mm.
+    pub thickest_mm: f64,
+}
+
+impl Default for DiameterParams {
+    fn default() -> Self {
+        Self {
+            every_mm: 1.0,
+            stretch_mm: 1.0,
+            margin_px: 4.0,
+            spread_px: 0.4,
+            min_views: 3,
+            smooth_mm: 20.0,
+            furthest_mm: 1.0,
+            shift_smooth_mm: 6.0,
+            thinnest_mm: 0.1,
+            thickest_mm: 6.0,
+        }
+    }
+}
+
+/// What the photographs say of one centreline point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// Diameter, mm.
+    pub diameter_mm: f64,
+    /// Its standard deviation, mm.
+    pub sd_mm: f64,
+    /// Photographs that it stands on.
+    pub views: u32,
+    /// Share of the photographs that show a root there, among those that look at it unhindered.
+    pub shown: f64,
+}
+
+/// Measures all roots in place: radii, their standard deviations, numbers of views, confidence.
+///
+/// # Errors
+/// Where a parameter is out of range.
+pub fn measure(roots: &mut [TracedRoot], sights: &[Sight<'_>], params: &DiameterParams) -> Result<()> {
+    for (name, value) in [
+        ("every_mm", params.every_mm),
+        ("stretch_mm", params.stretch_mm),
+        ("spread_px", params.spread_px),
+        ("margin_px", params.margin_px),
+        ("smooth_mm", params.smooth_mm),
+        ("thinnest_mm", params.thinnest_mm),
+        ("thickest_mm", params.thickest_mm - params.thinnest_mm),
+    ] {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(Error::usage(format!("diameters.{name} is {value}")).help("give a positive number"));
+        }
+    }
+    let covered =
+        |roots: &[TracedRoot]| -> Vec<Clutter> { sights.par_iter().map(|sight| Clutter::new(sight, roots)).collect() };
+    // The scale-space radii are coarse: a sparse rounds give every later step a width to expect.
+    let coarse = DiameterParams { every_mm: 4.0 * params.every_mm, ..params.clone() };
+    let bars = bar::Bars::new(params.spread_px);
+    for round in [&coarse, &coarse, params] {
+        let clutter = covered(roots);
+        if params.furthest_mm > 0.0 {
+            refine::refine(roots, sights, &clutter, &bars, round);
+        }
+        all_widths(roots, sights, &clutter, &bars, round);
+    }
+    Ok(())
+}
+
+/// Measures every root's stations and settles its radii.
+fn all_widths(
+    roots: &mut [TracedRoot],
+    sights: &[Sight<'_>],
+    clutter: &[Clutter],
+    bars: &bar::Bars,
+    params: &DiameterParams,
+) {
+    let all: Vec<Vec<Option<Measured>>> = (0..roots.len())
+        .into_par_iter()
+        .map(|r| {
+            stations(&roots[r], params.every_mm)
+                .into_iter()
+                .map(|k| {
+                    let profiles: Vec<Profile> = sights
+                        .iter()
+                        .zip(clutter)
+                        .filter_map(|(sight, clutter)| profile::profile(sight, clutter, &roots[r], r, k, params))
+                        .collect();
+                    width::common(&profiles, bars, params)
+                })
+                .collect()
+        })
+        .collect();
+    for (root, measured) in roots.iter_mut().zip(all) {
+        settle(root, &measured, params);
+    }
+}
+
+/// The points of a root that are measured.
+fn stations(root: &TracedRoot, every_mm: f64) -> Vec<usize> {
+    let arc = curve::chord_lengths(&root.root.points_mm);
+    let mut next = 0.0;
+    let mut chosen = Vec::new();
+    for (k, &s) in arc.iter().enumerate() {
+        if s + 1e-9 >= next {
+            chosen.push(k);
+            next = s + every_mm;
+        }
+    }
+    chosen
+}
+
+/// Carries the measured stations over to all points of the root.
+fn settle(traced: &mut TracedRoot, measured: &[Option<Measured>], params: &DiameterParams) {
+    let arc = curve::chord_lengths(&traced.root.points_mm);
+    let stations = stations(traced, params.every_mm);
+    let good: Vec<(f64, Measured)> =
+        stations.iter().zip(measured).filter_map(|(&k, m)| m.map(|m| (arc[k], m))).collect();
+    for (k, confidence) in traced.confidence.iter_mut().enumerate() {
+        let near = stations.iter().zip(measured).min_by(|a, b| {
+            let distance = |x: &(&usize, &Option<Measured>)| (arc[*x.0] - arc[k]).abs();
+            distance(a).total_cmp(&distance(b))
+        });
+        *confidence = near.and_then(|(_, m)| m.as_ref()).map_or(0.0, |m| m.shown);
+    }
+    if good.is_empty() {
+        return;
+    }
+    let smooth = smoothed(&good, params);
+    let at = |s: f64| {
+        let after = good.iter().position(|g| g.0 >= s).unwrap_or(good.len() - 1);
+        let before = if good[after].0 >= s { after.saturating_sub(1) } else { after };
+        let width = good[after].0 - good[before].0;
+        let f = if width > 0.0 { ((s - good[before].0) / width).clamp(0.0, 1.0) } else { 0.0 };
+        let sd = good[before].1.sd_mm + f * (good[after].1.sd_mm - good[before].1.sd_mm);
+        let nearer = if f < 0.5 { before } else { after };
+        (smooth[before] + f * (smooth[after] - smooth[before]), sd, good[nearer])
+    };
+    for (k, &s) in arc.iter().enumerate() {
+        let (diameter, sd, (station, m)) = at(s);
+        traced.root.radii_mm[k] = 0.5 * diameter;
+        // Away from a measured station the diameter is a neighbour's; a taper of 1 % per mm bounds what that costs.
+        traced.radius_sd_mm[k] = 0.5 * sd.hypot(0.01 * (s - station).abs() * diameter);
+        traced.views[k] = if (s - station).abs() <= params.every_mm { m.views } else { 0 };
+    }
+}
+
+/// The stations' diameters, outliers against the running median replaced, smoothed along the root.
+fn smoothed(good: &[(f64, Measured)], params: &DiameterParams) -> Vec<f64> {
+    let half = (0.25 * params.smooth_mm / params.every_mm).ceil() as usize;
+    let n = good.len();
+    let steady: Vec<[f64; 1]> = (0..n)
+        .map(|k| {
+            let mut window: Vec<f64> =
+                good[k.saturating_sub(half)..(k + half + 1).min(n)].iter().map(|g| g.1.diameter_mm).collect();
+            window.sort_by(f64::total_cmp);
+            let middle = window[window.len() / 2];
+            let mut off: Vec<f64> = window.iter().map(|d| (d - middle).abs()).collect();
+            off.sort_by(f64::total_cmp);
+            let limit = (3.0 * 1.4826 * off[off.len() / 2]).max(0.05 * middle);
+            [good[k].1.diameter_mm.clamp(middle - limit, middle + limit)]
+        })
+        .collect();
+    let arc: Vec<f64> = good.iter().map(|g| g.0).collect();
+    curve::smooth_values(&arc, &steady, params.every_mm, params.smooth_mm).into_iter().map(|v| v[0].max(0.0)).collect()
+}

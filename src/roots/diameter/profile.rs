@@ -1,0 +1,171 @@
+//! The light of one photograph about one centreline point.
+
+use super::DiameterParams;
+use super::clutter::Clutter;
+use crate::optics::{Vec3, ViewMap};
+use crate::photo::{Picture, colour};
+use crate::roots::trace::TracedRoot;
+use ndarray::Array2;
+
+/// A pixel position: x = column u, y = row v.
+pub type Pixel = nalgebra::Vector2<f64>;
+/// Derivative of the pixel by the point in the tank, px/mm.
+pub type Jacobian = nalgebra::Matrix2x3<f64>;
+
+/// A photograph with its way of seeing.
+#[derive(Debug, Clone)]
+pub struct Sight<'a> {
+    /// From the water to the photograph's own pixels (lens distortion included).
+    pub map: &'a ViewMap,
+    /// Linear light, mean of the channels, 0..1.
+    pub light: Array2<f32>,
+}
+
+/// Step of the numeric derivative, mm: far below a pixel, far above rounding.
+const STEP_MM: f64 = 0.02;
+
+impl<'a> Sight<'a> {
+    /// `photograph` as taken, `map` for the lens that took it.
+    pub fn new(map: &'a ViewMap, photograph: &Picture) -> Self {
+        let linear: Vec<f32> = (0..256).map(|c| colour::linear_of_srgb(c as f32 / 255.0)).collect();
+        let (height, width, _) = photograph.dim();
+        let light = Array2::from_shape_fn((height, width), |(v, u)| {
+            (0..3).map(|c| linear[usize::from(photograph[[v, u, c]])]).sum::<f32>() / 3.0
+        });
+        Self { map, light }
+    }
+
+    /// Pixel of a point that the view sees unhindered through a regular ray, else none.
+    pub fn pixel(&self, point_mm: &Vec3) -> Option<Pixel> {
+        let p = self.map.project(point_mm)?;
+        (p.clear && p.distance_mm < STEP_MM && self.map.view().holds(p.u, p.v)).then(|| Pixel::new(p.u, p.v))
+    }
+
+    /// Pixel and its derivative by the point.
+    pub fn pixel_and_jacobian(&self, point_mm: &[f64; 3]) -> Option<(Pixel, Jacobian)> {
+        let p = Vec3::from(*point_mm);
+        let centre = self.pixel(&p)?;
+        let column = |axis: usize| {
+            let mut q = p;
+            q[axis] += STEP_MM;
+            self.pixel(&q).map(|pixel| (pixel - centre) / STEP_MM)
+        };
+        Some((centre, Jacobian::from_columns(&[column(0)?, column(1)?, column(2)?])))
+    }
+}
+
+/// The light about a stretch of root in one photograph.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// Distance across the projected line, px, and linear light, of every pixel taken.
+    pub pixels: Vec<(f64, f64)>,
+    /// Scale across the line, px/mm.
+    pub scale: f64,
+    /// Change of the distance across the line, px, per mm of the point's way.
+    pub across: Vec3,
+    /// Half width of the strip that the pixels come from, px.
+    pub half_px: f64,
+}
+
+/// Share of the pixels within the root's own width that must be free of other roots.
+const FREE: f64 = 0.6;
+
+/// The profile about point `k` of root number `number` of the list in one photograph; none where the stretch is not seen, seen end
+/// on, or covered by other roots.
+pub fn profile(
+    sight: &Sight<'_>,
+    clutter: &Clutter,
+    traced: &TracedRoot,
+    number: usize,
+    k: usize,
+    params: &DiameterParams,
+) -> Option<Profile> {
+    let points = &traced.root.points_mm;
+    let (centre, jacobian) = sight.pixel_and_jacobian(&points[k])?;
+    let ends = stretch(points, k, params.stretch_mm);
+    let line: Vec<Pixel> = (ends.0..=ends.1).filter_map(|n| sight.pixel(&Vec3::from(points[n]))).collect();
+    if line.len() != ends.1 - ends.0 + 1 || line.len() < 2 {
+        return None;
+    }
+    let (first, last) = (line[0], line[line.len() - 1]);
+    let along = (last - first).try_normalize(1e-9)?;
+    let across = Pixel::new(-along.y, along.x);
+    let tangent = (Vec3::from(points[ends.1]) - Vec3::from(points[ends.0])).try_normalize(1e-9)?;
+    // The view's direction in the water moves no pixel: it spans the kernel of the Jacobian.
+    let (a, b) = (jacobian.row(0).transpose(), jacobian.row(1).transpose());
+    let view = a.cross(&b).try_normalize(1e-12)?;
+    let side = view.cross(&tangent);
+    // Seen nearly end on, the stretch is a spot, not a bar.
+    if side.norm() < 0.5 {
+        return None;
+    }
+    let scale = (jacobian * side.normalize()).dot(&across).abs();
+    let expected = 2.0 * traced.root.radii_mm[k] * scale;
+    let half = 0.75 * expected + params.margin_px;
+    let length = (last - first).norm().max(2.0);
+    let reach = half.hypot(0.5 * length) + 1.0;
+    let (height, width) = sight.light.dim();
+    let range = |centre: f64, size: usize| {
+        (centre - reach).ceil().max(0.0) as usize..((centre + reach).floor() + 1.0).clamp(0.0, size as f64) as usize
+    };
+    let mut pixels = Vec::new();
+    let (mut own, mut free) = (0u32, 0u32);
+    for v in range(centre.y, height) {
+        for u in range(centre.x, width) {
+            let at = Pixel::new(u as f64, v as f64);
+            let t = (at - centre).dot(&along);
+            if t.abs() > 0.5 * length {
+                continue;
+            }
+            let x = offset(&line, &at, &across);
+            if x.abs() > half {
+                continue;
+            }
+            let foreign = clutter.is_foreign(v, u, number);
+            if x.abs() <= 0.5 * expected + 1.0 {
+                own += 1;
+                free += u32::from(!foreign);
+            }
+            if !foreign {
+                pixels.push((x, f64::from(sight.light[[v, u]])));
+            }
+        }
+    }
+    (f64::from(free) >= FREE * f64::from(own) && pixels.len() >= 12).then_some(Profile {
+        pixels,
+        scale,
+        across: jacobian.transpose() * across,
+        half_px: half,
+    })
+}
+
+/// First and last point of the stretch about point `k`.
+fn stretch(points: &[[f64; 3]], k: usize, half_mm: f64) -> (usize, usize) {
+    let gap = |a: usize, b: usize| (Vec3::from(points[a]) - Vec3::from(points[b])).norm();
+    let (mut first, mut last, mut gone) = (k, k, 0.0);
+    while first > 0 && gone < half_mm {
+        gone += gap(first, first - 1);
+        first -= 1;
+    }
+    gone = 0.0;
+    while last + 1 < points.len() && gone < half_mm {
+        gone += gap(last, last + 1);
+        last += 1;
+    }
+    (first, last)
+}
+
+/// Signed distance of a pixel from the polyline, positive towards `across`.
+fn offset(line: &[Pixel], at: &Pixel, across: &Pixel) -> f64 {
+    let mut best = (f64::INFINITY, 0.0);
+    for pair in line.windows(2) {
+        let way = pair[1] - pair[0];
+        let f = ((at - pair[0]).dot(&way) / way.norm_squared().max(1e-18)).clamp(0.0, 1.0);
+        let miss = at - pair[0] - way * f;
+        let distance = miss.norm();
+        if distance < best.0 {
+            best = (distance, if miss.dot(across) < 0.0 { -distance } else { distance });
+        }
+    }
+    best.1
+}

@@ -1,0 +1,100 @@
+//! The width that explains the profiles of several photographs together.
+
+use super::bar::Bars;
+use super::profile::Profile;
+use super::{DiameterParams, Measured};
+use nalgebra::{Matrix4, Vector4};
+
+/// Ratio of neighbouring widths tried.
+const RATIO: f64 = 1.1;
+/// How far a photograph may move the common estimate: the rise of its `n ln RSS` is limited to this.
+pub(super) const LIMIT: f64 = 12.0;
+/// A photograph shows a root when the bar's light exceeds its standard error this many times.
+const SHOWN: f64 = 3.0;
+
+/// A least squares fit of background, bar and shade at one width.
+#[derive(Debug, Clone, Copy)]
+pub struct Fit {
+    /// Sum of squared residuals.
+    pub rss: f64,
+    /// Light c of the bar.
+    pub light: f64,
+    /// Its standard error.
+    pub error: f64,
+}
+
+/// Fits `a + b x + c bar + d shade` for a bar about `centre`.
+pub fn fit(profile: &Profile, centre: f64, width_px: f64, bars: &Bars) -> Fit {
+    let mut sums = [[0.0; 5]; 5];
+    for &(x, y) in &profile.pixels {
+        let (bar, shade) = bars.light_and_shade(x - centre, width_px);
+        let row = [1.0, x, bar, shade, y];
+        for a in 0..5 {
+            for b in a..5 {
+                sums[a][b] += row[a] * row[b];
+            }
+        }
+    }
+    let mut gram = Matrix4::from_fn(|a, b| sums[a.min(b)][a.max(b)]);
+    let right = Vector4::from_fn(|a, _| sums[a][4]);
+    let square = sums[4][4];
+    // A term that the pixels do not tell from the others keeps a finite place.
+    let ridge = 1e-9 * gram.trace().max(1e-300);
+    gram += Matrix4::identity() * ridge;
+    let Some(cholesky) = gram.cholesky() else { return Fit { rss: square, light: 0.0, error: f64::INFINITY } };
+    let found = cholesky.solve(&right);
+    let rss = (square - found.dot(&right)).max(1e-12);
+    let spare = (profile.pixels.len() as f64 - 4.0).max(1.0);
+    Fit { rss, light: found[2], error: (rss / spare * cholesky.inverse()[(2, 2)]).sqrt() }
+}
+
+/// Whether the bar stands out of the noise.
+pub fn shows(fit: &Fit) -> bool {
+    fit.light > SHOWN * fit.error
+}
+
+/// The widths tried, mm.
+fn widths(params: &DiameterParams) -> Vec<f64> {
+    let n = ((params.thickest_mm / params.thinnest_mm).ln() / RATIO.ln()).ceil() as i32;
+    (0..=n).map(|k| params.thinnest_mm * RATIO.powi(k)).collect()
+}
+
+/// The common diameter; none when fewer than `min_views` photographs show a root.
+pub fn common(profiles: &[Profile], bars: &Bars, params: &DiameterParams) -> Option<Measured> {
+    let widths = widths(params);
+    let mut rises: Vec<Vec<f64>> = Vec::new();
+    for profile in profiles {
+        // A bar that leaves no background on either side cannot be told from it.
+        let room = |w: f64| w * profile.scale <= 2.0 * profile.half_px - 2.0;
+        let fits: Vec<Fit> =
+            widths.iter().filter(|w| room(**w)).map(|w| fit(profile, 0.0, w * profile.scale, bars)).collect();
+        let best =
+            (0..fits.len()).filter(|&k| fits[k].light > 0.0).min_by(|&a, &b| fits[a].rss.total_cmp(&fits[b].rss));
+        let Some(best) = best.filter(|&k| shows(&fits[k])) else { continue };
+        let n = profile.pixels.len() as f64;
+        let rise = |f: &Fit| if f.light > 0.0 { (n * (f.rss / fits[best].rss).ln()).min(LIMIT) } else { LIMIT };
+        rises.push((0..widths.len()).map(|k| fits.get(k).map_or(LIMIT, rise)).collect());
+    }
+    let shown = rises.len() as f64 / profiles.len().max(1) as f64;
+    if rises.len() < params.min_views {
+        return None;
+    }
+    let total: Vec<f64> = (0..widths.len()).map(|k| rises.iter().map(|r| r[k]).sum()).collect();
+    let width_at = |at: f64| params.thinnest_mm * RATIO.powf(at);
+    let diameter_mm = width_at(lowest(&total));
+    let mut off: Vec<f64> = rises.iter().map(|r| (width_at(lowest(r)) - diameter_mm).abs()).collect();
+    off.sort_by(f64::total_cmp);
+    let sd_mm = 1.4826 * off[off.len() / 2] / (rises.len() as f64).sqrt();
+    Some(Measured { diameter_mm, sd_mm: sd_mm.max(0.01 * diameter_mm), views: rises.len() as u32, shown })
+}
+
+/// Place of the minimum between the entries, by the parabola through the lowest and its neighbours.
+fn lowest(values: &[f64]) -> f64 {
+    let k = (0..values.len()).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
+    if k == 0 || k + 1 >= values.len() {
+        return k as f64;
+    }
+    let (a, b, c) = (values[k - 1], values[k], values[k + 1]);
+    let bend = a - 2.0 * b + c;
+    if bend > 1e-12 && bend.is_finite() { k as f64 + (0.5 * (a - c) / bend).clamp(-0.5, 0.5) } else { k as f64 }
+}

@@ -1,0 +1,58 @@
+//! Measures the roots' diameters in the photographs as taken, and moves the centrelines to where they show the roots.
+//! In: system (traced), photos (files) and cameras, each in the same order. Out: system.json.
+
+use crate::error::{Error, Result};
+use crate::flow::{Inputs, Output, Progress, Stage};
+use crate::optics::{Tank, View, ViewMap};
+use crate::photo;
+use crate::roots::RootSystem;
+use crate::roots::diameter::profile::Sight;
+use crate::roots::diameter::{DiameterParams, measure};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// The measurement with its parameters.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diameters {
+    /// The tank between roots and cameras.
+    pub tank: Tank,
+    /// How diameters are measured.
+    #[serde(flatten)]
+    pub params: DiameterParams,
+}
+
+impl Stage for Diameters {
+    const NAME: &'static str = "diameters";
+    const VERSION: u32 = 1;
+
+    fn peak_bytes(&self) -> u64 {
+        // All photographs in linear light, and which roots cover which pixels.
+        2 << 30
+    }
+
+    fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
+        let mut system: RootSystem = inputs.one("system")?.json("system.json")?;
+        let (photos, cameras) = (inputs.many("photos"), inputs.many("cameras"));
+        if photos.len() != cameras.len() {
+            return Err(Error::failed(format!("{} photographs for {} cameras", photos.len(), cameras.len())));
+        }
+        progress.total(2);
+        let maps: Vec<ViewMap> = cameras
+            .iter()
+            .map(|camera| ViewMap::new(&camera.json::<View>("view")?, &self.tank))
+            .collect::<Result<_>>()?;
+        let sights: Vec<Sight<'_>> = photos
+            .par_iter()
+            .zip(&maps)
+            .map(|(file, map)| {
+                let name = file.path("file")?.display().to_string();
+                Ok(Sight::new(map, &photo::decode(&file.bytes("file")?, &name)?))
+            })
+            .collect::<Result<_>>()?;
+        progress.advance(1);
+        progress.check()?;
+        measure(&mut system.roots, &sights, &self.params)?;
+        progress.advance(1);
+        output.json("system.json", &system)
+    }
+}
