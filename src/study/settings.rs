@@ -48,7 +48,7 @@ impl Default for OverlaySection {
 }
 
 /// `[report]`: pictures beside the numbers.
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReportSection {
     /// Depth of a horizontal slice to show, mm below the rim.
