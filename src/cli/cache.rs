@@ -1,10 +1,13 @@
 //! `rootvox cache`: what the store holds, whether it is sound, and how to make it smaller.
 
 use super::options::{StoreOptions, bytes, human_bytes};
+use super::reach::{Reach, reach};
 use crate::error::{Error, Result};
-use crate::store::Store;
 use crate::store::care::Collect;
+use crate::store::{Key, Store};
 use clap::{Args, Subcommand};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Look after the store of finished nodes.
@@ -24,8 +27,31 @@ enum Action {
         #[arg(long)]
         stage: Option<String>,
     },
-    /// Sizes by stage.
+    /// Sizes by stage, and by study.
     Du {
+        #[command(flatten)]
+        store: StoreOptions,
+        /// Also what each of these takes, and takes alone: study files or locks.
+        #[arg(long, value_name = "STUDY", num_args = 1..)]
+        study: Vec<PathBuf>,
+    },
+    /// Keep a study's nodes whatever cleaning says.
+    Pin {
+        #[command(flatten)]
+        store: StoreOptions,
+        /// Study files, or the study.lock of results.
+        #[arg(required = true)]
+        study: Vec<PathBuf>,
+    },
+    /// Let cleaning have a study's nodes again.
+    Unpin {
+        #[command(flatten)]
+        store: StoreOptions,
+        /// Name of the pin.
+        name: String,
+    },
+    /// List the pins: name, nodes, size.
+    Pins {
         #[command(flatten)]
         store: StoreOptions,
     },
@@ -47,6 +73,9 @@ enum Action {
         /// Remove what was not used for so many days.
         #[arg(long, value_name = "DAYS")]
         older_than: Option<f64>,
+        /// Keep only what these reach, and pins: study files or locks.
+        #[arg(long, value_name = "STUDY", num_args = 1..)]
+        reachable: Vec<PathBuf>,
         /// Say what would go and remove nothing.
         #[arg(long)]
         dry_run: bool,
@@ -70,9 +99,10 @@ impl Cache {
                     }
                 }
             }
-            Action::Du { store } => {
+            Action::Du { store, study } => {
+                let store = open(store)?;
                 let (mut nodes, mut total) = (0, 0);
-                for (stage, usage) in open(store)?.usage()? {
+                for (stage, usage) in store.usage()? {
                     println!(
                         "{stage:12} {:6} nodes {:>10} {:10.1} s",
                         usage.nodes,
@@ -83,6 +113,22 @@ impl Cache {
                     total += usage.bytes;
                 }
                 println!("{:12} {nodes:6} nodes {:>10}", "all", human_bytes(total));
+                by_study(&store, &reaches(&store, study)?)?;
+            }
+            Action::Pin { store, study } => {
+                let store = open(store)?;
+                for reach in reaches(&store, study)? {
+                    store.pin(&reach.name, &reach.keys)?;
+                    println!("pinned `{}`: {} nodes", reach.name, reach.keys.len());
+                }
+            }
+            Action::Unpin { store, name } => open(store)?.unpin(name)?,
+            Action::Pins { store } => {
+                let store = open(store)?;
+                let pins = store.pins()?;
+                let reaches: Vec<Reach> =
+                    pins.into_iter().map(|(name, keys)| Reach { name, keys, pending: 0 }).collect();
+                by_study(&store, &reaches)?;
             }
             Action::Verify { store, repair } => {
                 let cancel = super::cancel::flag()?;
@@ -104,15 +150,19 @@ impl Cache {
                         .help("`rootvox cache verify --repair` removes them; the next run computes them again"));
                 }
             }
-            Action::Gc { store, keep, older_than, dry_run } => {
-                if keep.is_none() && older_than.is_none() {
-                    return Err(Error::usage("cache gc: nothing says what may go")
-                        .help("give --keep SIZE, --older-than DAYS or both; add --dry-run to look first"));
+            Action::Gc { store, keep, older_than, reachable, dry_run } => {
+                if keep.is_none() && older_than.is_none() && reachable.is_empty() {
+                    return Err(Error::usage("cache gc: nothing says what may go").help(
+                        "give --keep SIZE, --older-than DAYS or --reachable STUDY; add --dry-run to look first",
+                    ));
                 }
                 let age = older_than.map(|days| Duration::try_from_secs_f64(days * 86_400.0));
                 let max_age = age.transpose().map_err(|e| Error::usage(format!("--older-than: {e}")))?;
-                let rules = Collect { max_bytes: *keep, max_age, dry_run: *dry_run, ..Collect::default() };
-                let gone = open(store)?.collect(&rules)?;
+                let store = open(store)?;
+                let wanted = reaches(&store, reachable)?.into_iter().flat_map(|reach| reach.keys).collect();
+                let keep_only = (!reachable.is_empty()).then_some(wanted);
+                let rules = Collect { max_bytes: *keep, max_age, keep_only, dry_run: *dry_run };
+                let gone = store.collect(&rules)?;
                 let verb = if *dry_run { "would remove" } else { "removed" };
                 println!(
                     "{verb} {} nodes and the values of {}: {}; {} nodes with {} stay",
@@ -126,6 +176,34 @@ impl Cache {
         }
         Ok(())
     }
+}
+
+/// What the studies reach; says so where that is not known to the end.
+fn reaches(store: &Store, studies: &[PathBuf]) -> Result<Vec<Reach>> {
+    let reaches: Vec<Reach> = studies.iter().map(|path| reach(store, path)).collect::<Result<_>>()?;
+    for reach in reaches.iter().filter(|reach| reach.pending > 0) {
+        eprintln!("{}: {} nodes are not in the store; what hangs on them is not known", reach.name, reach.pending);
+    }
+    Ok(reaches)
+}
+
+/// Per study its nodes, their size, and the size of those that no other one of the list reaches.
+#[expect(clippy::print_stdout, reason = "the figures are the data")]
+fn by_study(store: &Store, reaches: &[Reach]) -> Result<()> {
+    if reaches.is_empty() {
+        return Ok(());
+    }
+    let sizes: BTreeMap<Key, u64> =
+        store.list()?.into_iter().map(|listed| (listed.manifest.key, listed.manifest.bytes())).collect();
+    for (n, own) in reaches.iter().enumerate() {
+        let others = |key: &Key| reaches.iter().enumerate().any(|(m, other)| m != n && other.keys.contains(key));
+        let held: Vec<(&Key, u64)> = own.keys.iter().filter_map(|key| Some((key, *sizes.get(key)?))).collect();
+        let all: u64 = held.iter().map(|(_, bytes)| bytes).sum();
+        let alone: u64 = held.iter().filter(|(key, _)| !others(key)).map(|(_, bytes)| bytes).sum();
+        let (all, alone) = (human_bytes(all), human_bytes(alone));
+        println!("{:24} {:6} nodes {all:>10}  alone {alone:>10}", own.name, held.len());
+    }
+    Ok(())
 }
 
 /// Opens a store that is there already.

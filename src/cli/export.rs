@@ -6,7 +6,6 @@ use crate::error::{Error, Result};
 use crate::flow::{Engine, Graph, Inputs};
 use crate::formats::picture;
 use crate::stages::render::Render;
-use crate::store::Store;
 use crate::study::graph;
 use crate::study::settings::Settings;
 use clap::{Args, Subcommand};
@@ -81,7 +80,7 @@ impl Slice {
         }
         let (photo, camera) =
             (graph.find(&format!("undistort/{}", self.view))?, graph.find(&format!("camera/{}", self.view))?);
-        let store = Store::open(&self.store.cache)?;
+        let store = self.store.open()?;
         let display = Display::new(graph.labels());
         let report = Engine::new(&store)
             .threads(self.machine.threads())

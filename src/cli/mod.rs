@@ -11,11 +11,14 @@ mod evaluate;
 mod export;
 mod options;
 mod progress;
+mod reach;
 mod rerun;
 mod run;
 mod score_table;
 mod simulate;
 mod status;
+mod trace;
+mod watch;
 mod why;
 
 use crate::error::Result;

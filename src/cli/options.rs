@@ -1,5 +1,7 @@
 //! Options that several subcommands share.
 
+use crate::error::Result;
+use crate::store::Store;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -19,6 +21,22 @@ pub struct StoreOptions {
     /// Folder of the store.
     #[arg(long, value_name = "DIR", env = "ROOTVOX_CACHE", default_value = "cache")]
     pub cache: PathBuf,
+    /// Another store to take finished nodes from, such as the lab's; nothing is written there.
+    #[arg(long, value_name = "DIR", env = "ROOTVOX_CACHE_UPSTREAM")]
+    pub cache_upstream: Option<PathBuf>,
+}
+
+impl StoreOptions {
+    /// Opens the store, making it where it is missing.
+    ///
+    /// # Errors
+    /// Where it cannot be made, or there is none upstream.
+    pub fn open(&self) -> Result<Store> {
+        match &self.cache_upstream {
+            Some(upstream) => Store::open_over(&self.cache, upstream),
+            None => Store::open(&self.cache),
+        }
+    }
 }
 
 /// How much of the machine a run may take.
@@ -30,6 +48,14 @@ pub struct MachineOptions {
     /// Memory that running nodes may take together, such as 4GiB; half of the machine's when absent.
     #[arg(long, value_name = "SIZE", value_parser = bytes)]
     pub memory: Option<u64>,
+}
+
+/// How a run can be looked at afterwards.
+#[derive(Args)]
+pub struct TraceOptions {
+    /// Write a Chrome trace of the run, for chrome://tracing or ui.perfetto.dev.
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
 }
 
 impl MachineOptions {

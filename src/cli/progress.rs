@@ -5,6 +5,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 /// Shows events as they come.
 pub struct Display {
@@ -21,6 +22,9 @@ struct State {
     total: usize,
     hits: usize,
     done: usize,
+    ran: usize,
+    /// The time left in words; empty where it is not known.
+    left: String,
 }
 
 impl Display {
@@ -29,6 +33,13 @@ impl Display {
         let terminal = std::io::stderr().is_terminal();
         let target = if terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         Self { labels, terminal, bars: MultiProgress::with_draw_target(target), state: Mutex::default() }
+    }
+
+    /// Takes a new estimate of the time left, and whether it covers all nodes.
+    pub fn left(&self, left: Option<(Duration, bool)>) {
+        let Some((left, all_known)) = left else { return };
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.left = in_words(left, all_known);
     }
 
     /// Takes one event.
@@ -65,9 +76,11 @@ impl Display {
             }
             Event::Finished { node, seconds, same_output, warnings, .. } => {
                 self.end(&mut state, *node);
+                state.ran += 1;
                 if !self.terminal {
                     let same = if *same_output { ", same values as before" } else { "" };
-                    self.say(&format!("{}: {seconds:.2} s{same}", self.label(*node)));
+                    let left = if state.left.is_empty() { String::new() } else { format!(" ({})", state.left) };
+                    self.say(&format!("{}: {seconds:.2} s{same}{left}", self.label(*node)));
                 }
                 self.warn(*node, warnings);
             }
@@ -85,8 +98,7 @@ impl Display {
         if let Some(bar) = &state.whole {
             bar.finish_and_clear();
         }
-        let ran = state.done.saturating_sub(state.hits);
-        eprintln!("{} nodes: {} cached, {ran} computed", state.total, state.hits);
+        eprintln!("{} nodes: {} cached, {} computed", state.total, state.hits, state.ran);
     }
 
     fn label(&self, node: NodeId) -> &str {
@@ -105,7 +117,7 @@ impl Display {
         state.done += 1;
         if let Some(bar) = &state.whole {
             bar.set_position(state.done as u64);
-            bar.set_message(format!("({} cached)", state.hits));
+            bar.set_message(format!("({} cached) {}", state.hits, state.left));
         }
     }
 
@@ -117,6 +129,17 @@ impl Display {
 
     fn say(&self, line: &str) {
         self.bars.suspend(|| eprintln!("{line}"));
+    }
+}
+
+/// A time that is still to come, as precisely as an estimate is; short ones are not worth a word.
+fn in_words(left: Duration, all_known: bool) -> String {
+    let about = if all_known { "about" } else { "more than" };
+    match left.as_secs() {
+        0..5 => String::new(),
+        s @ 5..100 => format!("{about} {} s left", s.div_ceil(5) * 5),
+        s @ 100..6000 => format!("{about} {} min left", (s + 30) / 60),
+        s => format!("{about} {:.1} h left", s as f64 / 3600.0),
     }
 }
 

@@ -1,10 +1,9 @@
 //! `rootvox rerun`: a result made again from its lock, and held against it.
 
-use super::options::{MachineOptions, StoreOptions};
-use super::progress::Display;
+use super::options::{MachineOptions, StoreOptions, TraceOptions};
+use super::watch::Watch;
 use crate::error::{Error, Result};
 use crate::flow::Engine;
-use crate::store::Store;
 use crate::study::lock::Lock;
 use crate::study::rerun::{batch, compare};
 use clap::Args;
@@ -29,6 +28,8 @@ pub struct Rerun {
     store: StoreOptions,
     #[command(flatten)]
     machine: MachineOptions,
+    #[command(flatten)]
+    trace: TraceOptions,
 }
 
 impl Rerun {
@@ -40,15 +41,17 @@ impl Rerun {
     pub fn run(&self) -> Result<()> {
         let lock = Lock::read(&self.lock)?;
         let batch = batch(&lock, &self.lock, self.photos_dir.as_deref())?;
-        let store = Store::open(&self.store.cache)?;
-        let display = Display::new(batch.names());
-        let (report, failures) = Engine::new(&store)
-            .threads(self.machine.threads())
+        let store = self.store.open()?;
+        let (targets, threads) = (batch.targets(), self.machine.threads());
+        let watch = Watch::new(&batch.graph, &store, &targets, batch.names(), threads, self.trace.trace.clone());
+        let outcome = Engine::new(&store)
+            .threads(threads)
             .memory_bytes(self.machine.memory_bytes())
             .cancel(super::cancel::flag()?)
-            .on_event(|event| display.show(event))
-            .attempt(&batch.graph, &batch.targets())?;
-        display.finish();
+            .on_event(|event| watch.see(event))
+            .attempt(&batch.graph, &targets);
+        watch.finish()?;
+        let (report, failures) = outcome?;
         let verdict = compare(&lock, &batch, &report, &failures)?;
         println!("{} of {} nodes bit-identical", verdict.identical, verdict.nodes);
         match verdict.first {

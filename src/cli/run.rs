@@ -1,11 +1,10 @@
 //! `rootvox run`: bring a study up to date.
 
-use super::options::{MachineOptions, StoreOptions, StudyOptions};
-use super::progress::Display;
+use super::options::{MachineOptions, StoreOptions, StudyOptions, TraceOptions};
+use super::watch::Watch;
 use crate::error::{Error, Result};
 use crate::evaluation::Score;
 use crate::flow::{Engine, Report};
-use crate::store::Store;
 use crate::study::batch::{Batch, Study};
 use crate::study::results;
 use crate::study::sweep_results::Swept;
@@ -31,6 +30,8 @@ pub struct Run {
     store: StoreOptions,
     #[command(flatten)]
     machine: MachineOptions,
+    #[command(flatten)]
+    trace: TraceOptions,
     /// Folder that the study's results folder is written into.
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
@@ -46,15 +47,17 @@ impl Run {
     /// Faults of the study file, of the photographs and cameras, and of the machine.
     pub fn run(&self) -> Result<()> {
         let batch = Batch::load(&self.study.study, &self.study.set)?;
-        let store = Store::open(&self.store.cache)?;
-        let display = Display::new(batch.names());
-        let (report, failures) = Engine::new(&store)
-            .threads(self.machine.threads())
+        let store = self.store.open()?;
+        let (targets, threads) = (batch.targets(), self.machine.threads());
+        let watch = Watch::new(&batch.graph, &store, &targets, batch.names(), threads, self.trace.trace.clone());
+        let outcome = Engine::new(&store)
+            .threads(threads)
             .memory_bytes(self.machine.memory_bytes())
             .cancel(super::cancel::flag()?)
-            .on_event(|event| display.show(event))
-            .attempt(&batch.graph, &batch.targets())?;
-        display.finish();
+            .on_event(|event| watch.see(event))
+            .attempt(&batch.graph, &targets);
+        watch.finish()?;
+        let (report, failures) = outcome?;
         let mut faults = Vec::new();
         for study in &batch.studies {
             if study.is_sweep() {

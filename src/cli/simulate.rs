@@ -5,7 +5,6 @@ use super::progress::Display;
 use crate::error::{Error, Result};
 use crate::flow::{Engine, Graph};
 use crate::formats::{NamedView, cameras_json, roots_json, tank_json};
-use crate::store::Store;
 use crate::study::graph;
 use crate::study::settings::{Settings, Source};
 use clap::Args;
@@ -51,7 +50,7 @@ impl Simulate {
         }
         let mut graph = Graph::new();
         let nodes = graph::add(&mut graph, &settings)?;
-        let store = Store::open(&self.store.cache)?;
+        let store = self.store.open()?;
         let display = Display::new(graph.labels());
         let mut targets = nodes.photo_nodes.clone();
         let capture = graph.find("capture")?;

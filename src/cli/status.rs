@@ -3,7 +3,6 @@
 use super::options::{StoreOptions, StudyOptions, human_bytes};
 use crate::error::{Error, Result};
 use crate::flow::{Engine, NodeState, Planned};
-use crate::store::Store;
 use crate::study::batch::Batch;
 use clap::Args;
 use std::fmt::Write;
@@ -33,7 +32,7 @@ impl Status {
     #[expect(clippy::print_stdout, reason = "the plan is the data")]
     pub fn run(&self) -> Result<()> {
         let batch = Batch::load(&self.study.study, &self.study.set)?;
-        let store = Store::open(&self.store.cache)?;
+        let store = self.store.open()?;
         let plan = Engine::new(&store).status(&batch.graph, &batch.targets())?;
         if self.json {
             let all: Vec<&Planned> = plan.nodes().map(|(_, p)| p).collect();

@@ -3,7 +3,6 @@
 use super::options::{StoreOptions, StudyOptions};
 use crate::error::Result;
 use crate::flow::{Change, Engine};
-use crate::store::Store;
 use crate::study::batch::Batch;
 use clap::Args;
 
@@ -30,7 +29,7 @@ impl Why {
     #[expect(clippy::print_stdout, reason = "the explanation is the data")]
     pub fn run(&self) -> Result<()> {
         let batch = Batch::load(&self.study.study, &self.study.set)?;
-        let store = Store::open(&self.store.cache)?;
+        let store = self.store.open()?;
         let node = batch.find(&self.node).map_err(|e| e.help("`rootvox status STUDY --all` lists the nodes"))?;
         for step in Engine::new(&store).why(&batch.graph, node)? {
             let against = step.against.map(|when| format!("  (against the run of {when})")).unwrap_or_default();

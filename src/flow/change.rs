@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::graph::{Graph, Kind};
-use crate::store::{Digest, InputRecord, Key, Manifest, Store};
+use crate::store::{Digest, InputRecord, Key, Manifest, Past, Store};
 
 /// Earlier runs looked at for the nearest one.
 const LOOK_BACK: usize = 16;
@@ -92,7 +92,7 @@ impl fmt::Display for Change {
             Self::New => write!(f, "never computed before"),
             Self::NotStored => write!(f, "computed before, but no longer in the store"),
             Self::Version { from, to } => write!(f, "stage version {from} -> {to}"),
-            Self::Parameter { name, from, to } => write!(f, "`{name}`: {from} -> {to}"),
+            Self::Parameter { name, from, to } => write!(f, "`{name}`: {} -> {}", shown(from), shown(to)),
             Self::Input { node, to: None, .. } => write!(f, "input `{node}` has to be computed again"),
             Self::Input { node, .. } => write!(f, "input `{node}` has other values"),
             Self::InputAdded { node, .. } => write!(f, "input `{node}` added"),
@@ -140,6 +140,14 @@ impl Now {
             }
         }
         changes
+    }
+}
+
+/// A value for people: a number of single precision in its shortest form.
+fn shown(value: &Value) -> String {
+    match value.as_f64().filter(|_| value.is_f64()) {
+        Some(x) if f64::from(x as f32) == x => (x as f32).to_string(),
+        _ => value.to_string(),
     }
 }
 
@@ -193,16 +201,16 @@ fn compare_inputs(port: &str, before: &[InputRecord], now: &[Upstream], changes:
     }
 }
 
-/// The earlier run with the fewest differences from `now` and what they are: runs under the same label first, the
+/// The earlier run of `history`, that of the stage, with the fewest differences from `now` and what they are: runs under the same label first, the
 /// later of two equals. The run with the node's own key `own` does not count.
 pub(super) fn nearest(
     store: &Store,
+    history: &[Past],
     stage: &str,
     label: &str,
     own: Option<Key>,
     now: &Now,
 ) -> (Option<Manifest>, Vec<Change>) {
-    let history = store.history(stage);
     let same_label = history.iter().rev().filter(|past| past.label == label);
     let others = history.iter().rev().filter(|past| past.label != label);
     for (group, limit) in [(same_label.collect::<Vec<_>>(), LOOK_BACK), (others.collect(), 1)] {

@@ -105,7 +105,7 @@ pub(super) fn plan(graph: &Graph, store: &Store, targets: &[NodeId]) -> Result<P
     let reached = graph.upstream(targets);
     let mut digests: Vec<Option<Digest>> = vec![None; graph.nodes.len()];
     let mut entries: Vec<Option<Planned>> = graph.nodes.iter().map(|_| None).collect();
-    let mut experience = Experience { store, by_stage: BTreeMap::new() };
+    let mut experience = Experience::new(store);
     for (n, found) in read_files(graph, store, &reached) {
         let state = match found {
             Ok(artefact) => {
@@ -126,9 +126,9 @@ pub(super) fn plan(graph: &Graph, store: &Store, targets: &[NodeId]) -> Result<P
             let port_digests: Option<Vec<Digest>> = inputs.iter().map(|input| digests[input.0]).collect();
             known.extend(port_digests.map(|digests| (port.as_str(), digests)));
         }
-        let changes = |own| {
+        let changes = |experience: &mut Experience<'_>, own| {
             let now = Now::of(graph, n, &|input| digests[input]);
-            now.map_or_else(Vec::new, |now| nearest(store, stage, &label, own, &now).1)
+            now.map_or_else(Vec::new, |now| nearest(store, experience.of(stage), stage, &label, own, &now).1)
         };
         let state = if known.len() == node.ports.len() {
             let key = key(stage, work.version(), params.as_ref().map_err(Clone::clone)?, &known);
@@ -141,12 +141,12 @@ pub(super) fn plan(graph: &Graph, store: &Store, targets: &[NodeId]) -> Result<P
                     let before = experience.of(stage).iter().any(|past| past.key == key);
                     NodeState::WouldRun {
                         key,
-                        changes: if before { vec![Change::NotStored] } else { changes(Some(key)) },
+                        changes: if before { vec![Change::NotStored] } else { changes(&mut experience, Some(key)) },
                     }
                 }
             }
         } else {
-            NodeState::Unknown { changes: changes(None) }
+            NodeState::Unknown { changes: changes(&mut experience, None) }
         };
         let pending = matches!(state, NodeState::WouldRun { .. } | NodeState::Unknown { .. });
         let (seconds, bytes) = if pending { experience.estimate(stage, &label) } else { (None, None) };
@@ -156,18 +156,22 @@ pub(super) fn plan(graph: &Graph, store: &Store, targets: &[NodeId]) -> Result<P
 }
 
 /// Earlier runs by stage, read once.
-struct Experience<'a> {
+pub(super) struct Experience<'a> {
     store: &'a Store,
     by_stage: BTreeMap<&'static str, Vec<Past>>,
 }
 
-impl Experience<'_> {
+impl<'a> Experience<'a> {
+    pub(super) fn new(store: &'a Store) -> Self {
+        Self { store, by_stage: BTreeMap::new() }
+    }
+
     fn of(&mut self, stage: &'static str) -> &[Past] {
         self.by_stage.entry(stage).or_insert_with(|| self.store.history(stage))
     }
 
     /// The median time and size of the latest runs, under the same label if there are any.
-    fn estimate(&mut self, stage: &'static str, label: &str) -> (Option<f64>, Option<u64>) {
+    pub(super) fn estimate(&mut self, stage: &'static str, label: &str) -> (Option<f64>, Option<u64>) {
         let all = self.of(stage);
         let mut latest: Vec<&Past> = all.iter().rev().filter(|past| past.label == label).take(RECENT).collect();
         if latest.is_empty() {
@@ -197,7 +201,8 @@ pub(super) fn why(graph: &Graph, store: &Store, node: NodeId) -> Result<Vec<Step
         _ => None,
     };
     let now = Now::of(graph, node.0, &digest);
-    let before = now.and_then(|now| nearest(store, work.name(), graph.label(node), own, &now).0);
+    let before =
+        now.and_then(|now| nearest(store, &store.history(work.name()), work.name(), graph.label(node), own, &now).0);
     trail.follow(node.0, before);
     Ok(trail.steps)
 }

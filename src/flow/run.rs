@@ -42,9 +42,9 @@ pub(super) fn run(graph: &Graph, store: &Store, job: &Job, started: &dyn Fn(Vec<
         return Ok(Outcome::Found(manifest)); // Another process published it before we could claim it.
     }
     let now = Now::of(graph, job.node, &|input| job.upstream.get(&input).and_then(|(_, digest)| *digest));
-    started(
-        now.map_or_else(Vec::new, |now| nearest(store, work.name(), &graph.nodes[job.node].label, job.key, &now).1),
-    );
+    let history = store.history(work.name());
+    let label = &graph.nodes[job.node].label;
+    started(now.map_or_else(Vec::new, |now| nearest(store, &history, work.name(), label, job.key, &now).1));
     let mut open = Streams { graph, job, streams: BTreeMap::new(), order: Vec::new() };
     let mut inputs = Inputs::default();
     for (port, nodes) in &graph.nodes[job.node].ports {
@@ -84,7 +84,7 @@ pub(super) fn run(graph: &Graph, store: &Store, job: &Job, started: &dyn Fn(Vec<
     }
     let mut manifest = describe(graph, job.node, &known, &**work, job, begun)?;
     store.close(&mut draft, &mut manifest)?;
-    let before = store.history(work.name()).into_iter().rfind(|past| past.label == manifest.label);
+    let before = history.iter().rfind(|past| past.label == manifest.label);
     let same_output = before.is_some_and(|past| past.digest == manifest.digest);
     let mine = manifest.digest;
     let mut manifest = store.publish(draft, manifest)?;

@@ -12,6 +12,7 @@
 //!     │           └── summary.json    a member: JSON value `summary`
 //!     ├── history/merge.jsonl     one line per run, for estimates and for `why`; may be lost without harm
 //!     ├── files.json              digests of input files, by path, size, times and inode; may be lost without harm
+//!     ├── pins/                   keys that cleaning leaves alone, one file per pin
 //!     ├── in-use.lock             shared by runs; cleaning wants it alone
 //!     ├── locks/                  one file per node being computed; a courtesy, correctness does not rest on it
 //!     └── tmp/                    results being written, one folder per process; swept when the process is gone
@@ -69,6 +70,8 @@ struct Inner {
     home: PathBuf,
     /// Its part of this layout's version.
     root: PathBuf,
+    /// Where to look for what is not here; never written to.
+    upstream: Option<Store>,
     session: Mutex<Option<Arc<Session>>>,
     memory: Mutex<FileMemory>,
 }
@@ -113,8 +116,27 @@ impl Store {
             })?;
         }
         session::sweep(&root.join("tmp"));
-        let memory = FileMemory::load(&root.join("files.json"));
-        Ok(Self(Arc::new(Inner { home: home.to_owned(), root, session: Mutex::default(), memory: Mutex::new(memory) })))
+        Ok(Self::at(home, root, None))
+    }
+
+    /// Opens the store in the folder `home` over another one, such as a lab's: what this one does not have is taken
+    /// from there, and nothing is written there.
+    ///
+    /// # Errors
+    /// As [`Store::open`], and where there is no store in `upstream`.
+    pub fn open_over(home: &Path, upstream: &Path) -> Result<Self> {
+        let root = upstream.join(format!("v{FORMAT}"));
+        if !root.join("nodes").is_dir() {
+            return Err(Error::usage(format!("there is no store of format {FORMAT} in `{}`", upstream.display()))
+                .help("name the folder that another `rootvox run` had as --cache"));
+        }
+        let own = Self::open(home)?;
+        Ok(Self::at(home, own.root().to_owned(), Some(Self::at(upstream, root, None))))
+    }
+
+    fn at(home: &Path, root: PathBuf, upstream: Option<Self>) -> Self {
+        let memory = Mutex::new(FileMemory::load(&root.join("files.json")));
+        Self(Arc::new(Inner { home: home.to_owned(), root, upstream, session: Mutex::default(), memory }))
     }
 
     /// The folder that the store was opened with.
@@ -131,8 +153,21 @@ impl Store {
         self.0.root.join("nodes").join(stage).join(key.to_string())
     }
 
-    /// The manifest of a node; `None` if the store does not have it.
+    /// The manifest of a node; `None` if neither the store nor the one behind it has it.
+    ///
+    /// # Errors
+    /// Where the manifest cannot be read. A node behind that cannot be read counts as missing.
     pub fn lookup(&self, stage: &str, key: Key) -> Result<Option<Manifest>> {
+        let own = self.own(stage, key)?;
+        let Some(upstream) = self.0.upstream.as_ref().filter(|_| own.as_ref().is_none_or(|m| m.is_virtual)) else {
+            return Ok(own);
+        };
+        let theirs = upstream.lookup(stage, key).ok().flatten();
+        Ok(theirs.filter(|m| own.is_none() || !m.is_virtual).or(own))
+    }
+
+    /// The manifest of a node in this store itself.
+    fn own(&self, stage: &str, key: Key) -> Result<Option<Manifest>> {
         let path = self.folder(stage, key).join("manifest.json");
         match std::fs::read(&path) {
             Ok(text) => serde_json::from_slice(&text).map(Some).map_err(|e| {
@@ -148,7 +183,11 @@ impl Store {
         if manifest.is_virtual {
             return Err(Error::failed(format!("the values of `{}` are not stored", manifest.label)));
         }
-        Ok(Artefact::stored(manifest, self.folder(&manifest.stage, manifest.key)))
+        let (stage, key) = (&manifest.stage, manifest.key);
+        match &self.0.upstream {
+            Some(upstream) if self.own(stage, key)?.is_none_or(|own| own.is_virtual) => upstream.artefact(manifest),
+            _ => Ok(Artefact::stored(manifest, self.folder(stage, key))),
+        }
     }
 
     /// Begins a result in a private folder.
@@ -203,7 +242,7 @@ impl Store {
         std::fs::create_dir_all(&shelf).map_err(|e| Error::io("create", &shelf, e))?;
         let mut renamed = std::fs::rename(&draft.folder, &target);
         if renamed.is_err() && target.exists() {
-            let held = self.lookup(&record.stage, record.key);
+            let held = self.own(&record.stage, record.key);
             match held {
                 Ok(Some(held)) if record.is_virtual || !held.is_virtual => return Ok(held),
                 _ => {
@@ -241,9 +280,11 @@ impl Store {
         history::append(&self.root().join("history"), record);
     }
 
-    /// Earlier runs of `stage`, oldest first.
+    /// Earlier runs of `stage`, oldest first, those of the store behind before all others.
     pub fn history(&self, stage: &str) -> Vec<Past> {
-        history::read(&self.root().join("history"), stage)
+        let mut past = self.0.upstream.as_ref().map(|upstream| upstream.history(stage)).unwrap_or_default();
+        past.extend(history::read(&self.root().join("history"), stage));
+        past
     }
 }
 

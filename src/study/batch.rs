@@ -37,6 +37,8 @@ pub struct Study {
     pub parameters: Vec<String>,
     /// How many values the fastest axis of the sweep has.
     pub fastest: usize,
+    /// Whether the points of the sweep have traits; other studies always have.
+    pub traits: bool,
     /// All points.
     pub points: Vec<Point>,
 }
@@ -55,7 +57,10 @@ impl Study {
     /// The nodes that one of its points needs: of a sweep's points the numbers, not the pictures.
     pub fn targets_of(&self, point: &Point) -> Vec<NodeId> {
         match &point.planned {
-            Ok((_, nodes)) if self.is_sweep() => nodes.numbers(),
+            Ok((_, nodes)) if self.is_sweep() => {
+                let traits = self.traits.then_some(nodes.traits);
+                nodes.numbers().into_iter().chain(traits).collect()
+            }
             Ok((_, nodes)) => nodes.targets(),
             Err(_) => Vec::new(),
         }
@@ -111,7 +116,7 @@ impl Batch {
             let nodes = graph::add(&mut self.graph, &settings)?;
             let name = settings.name.clone();
             let point = Point { number: 1, values: Vec::new(), planned: Ok((settings, nodes)) };
-            self.studies.push(Study { name, parameters: Vec::new(), fastest: 1, points: vec![point] });
+            self.studies.push(Study { name, parameters: Vec::new(), fastest: 1, traits: true, points: vec![point] });
             return Ok(());
         };
         let mut points = Vec::new();
@@ -132,7 +137,8 @@ impl Batch {
             let faults = points.into_iter().filter_map(|p| p.planned.err()).flat_map(Error::apart);
             return Error::many(faults.filter(|e| seen.insert(e.message.clone())).collect());
         };
-        self.studies.push(Study { name, parameters: section.parameters(), fastest: section.fastest(), points });
+        let (parameters, fastest) = (section.parameters(), section.fastest());
+        self.studies.push(Study { name, parameters, fastest, traits: section.traits, points });
         Ok(())
     }
 

@@ -6,7 +6,8 @@ use super::graph;
 use super::lock::{Lock, LockedNode};
 use super::settings::{Origin, Settings};
 use crate::error::{Error, Result};
-use crate::flow::{Change, Graph, NodeId, Report};
+use crate::flow::{Change, Graph, NodeId, Report, Stage};
+use crate::stages::traits::Traits;
 use std::path::Path;
 
 /// Makes the graph of a locked study.
@@ -37,7 +38,9 @@ pub fn batch(lock: &Lock, path: &Path, photos_dir: Option<&str>) -> Result<Batch
         let number = locked.map_or(n + 1, |point| point.point);
         points.push(Point { number, values: locked.map(|point| point.values.clone()).unwrap_or_default(), planned });
     }
-    let study = Study { name: lock.study.clone(), parameters: lock.parameters.clone(), fastest: points.len(), points };
+    let traits = lock.work.iter().any(|work| work.stage == Traits::NAME);
+    let (name, parameters, fastest) = (lock.study.clone(), lock.parameters.clone(), points.len());
+    let study = Study { name, parameters, fastest, traits, points };
     Ok(Batch { graph, studies: vec![study] })
 }
 

@@ -36,13 +36,7 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) 
     for point in &study.points {
         let (settings, nodes) = point.planned.as_ref().map_err(Clone::clone)?;
         put_numbers(&fresh, "", nodes, report)?;
-        for name in ROOT_FILES {
-            fresh.put(report, nodes.traits, name, name)?;
-        }
-        let rsml = "roots.rsml";
-        if report.artefact(nodes.traits)?.has(rsml) {
-            fresh.put(report, nodes.traits, rsml, rsml)?;
-        }
+        put_roots(&fresh, "", nodes, report)?;
         fresh.put(report, nodes.volume, "volume.ome.zarr", "volume.ome.zarr")?;
         fresh.put(report, nodes.labels, "labels", "volume.ome.zarr/labels")?;
         for (photo, &overlay) in nodes.photos.iter().zip(&nodes.overlays) {
@@ -58,6 +52,18 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) 
 /// When a point's roots were extracted (RFC 3339).
 pub fn made(nodes: &StudyNodes, report: &Report) -> Option<String> {
     report.manifest(nodes.extract).map(|manifest| manifest.started.clone())
+}
+
+/// Puts the files of the traced roots under `prefix`.
+///
+/// # Errors
+/// Where something is missing or cannot be copied.
+pub fn put_roots(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Report) -> Result<()> {
+    let rsml = report.artefact(nodes.traits)?.has("roots.rsml").then_some("roots.rsml");
+    for name in ROOT_FILES.into_iter().chain(rsml) {
+        fresh.put(report, nodes.traits, name, &format!("{prefix}{name}"))?;
+    }
+    Ok(())
 }
 
 /// Puts what a point of a sweep has too, the numbers, under `prefix`.

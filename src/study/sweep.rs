@@ -8,6 +8,9 @@
 //! "rootness.gamma23, rootness.gamma12" = [[0.5, 0.5], [1.0, 1.0]] # parameters that change together: one axis
 //! ```
 //!
+//! With `traits = true` every point's roots are traced and measured too, which takes longer than extracting them: traits
+//! are then columns of `sweep.csv`.
+//!
 //! Any parameter of any section can be swept. Points are numbered from 1; axes come in the order of the file and the
 //! last one changes fastest. Numbers of a range are rounded to 12 digits, so that 0.1 + 2 * 0.1 reads 0.3.
 
@@ -94,7 +97,11 @@ struct Written<'t> {
 }
 
 /// The section as the file has it, with its ranges counted out.
-pub(super) struct Section<'t>(Vec<Written<'t>>);
+pub(super) struct Section<'t> {
+    axes: Vec<Written<'t>>,
+    /// Whether points have traits.
+    pub(super) traits: bool,
+}
 
 /// One value of each of an axis' parameters.
 type Row<'s> = Vec<Spanned<DeValue<'s>>>;
@@ -119,8 +126,17 @@ impl<'t> Section<'t> {
     /// # Errors
     /// Axes that are none, all at once, each at its place.
     pub(super) fn take(document: &mut Document<'t>) -> Result<Option<Self>> {
-        let Some((_, table)) = document.take_table("sweep") else { return Ok(None) };
-        let mut written = Vec::new();
+        let Some((_, mut table)) = document.take_table("sweep") else { return Ok(None) };
+        let (mut written, mut traits) = (Vec::new(), false);
+        let switch = table.iter().find(|(key, _)| key.get_ref() == "traits").map(|(key, _)| key.clone());
+        if let Some(value) = switch.and_then(|key| table.remove(&key)) {
+            traits = value.get_ref().as_bool().ok_or_else(|| {
+                document.fault(
+                    "[sweep] `traits` is true or false, or an axis such as \"traits.layer_mm\"",
+                    Some(value.span()),
+                )
+            })?;
+        }
         flatten("", table, &mut written);
         written.sort_by_key(|axis| axis.span.start);
         let mut faults = Vec::new();
@@ -130,17 +146,17 @@ impl<'t> Section<'t> {
             }
         }
         Error::many(faults)?;
-        Ok(if written.is_empty() { None } else { Some(Self(written)) })
+        Ok(if written.is_empty() { None } else { Some(Self { axes: written, traits }) })
     }
 
     /// The swept parameters in order.
     pub(super) fn parameters(&self) -> Vec<String> {
-        self.0.iter().flat_map(|axis| axis.parameters.clone()).collect()
+        self.axes.iter().flat_map(|axis| axis.parameters.clone()).collect()
     }
 
     /// How many values the last axis has.
     pub(super) fn fastest(&self) -> usize {
-        self.0.last().map_or(1, |axis| axis.len())
+        self.axes.last().map_or(1, |axis| axis.len())
     }
 
     /// The overrides of every point, in order.
@@ -148,12 +164,12 @@ impl<'t> Section<'t> {
     /// # Errors
     /// Where there are too many points.
     pub(super) fn points(&self) -> Result<Vec<Vec<Override<'_>>>> {
-        let count = self.0.iter().fold(1_usize, |n, axis| n.saturating_mul(axis.len()));
+        let count = self.axes.iter().fold(1_usize, |n, axis| n.saturating_mul(axis.len()));
         if count > MOST_POINTS {
             return Err(Error::usage(format!("[sweep] makes {count} points, at most {MOST_POINTS} are run"))
                 .help("sweep fewer parameters at once, or change several together on one axis"));
         }
-        let axes: Vec<Axis<'_>> = self.0.iter().map(Written::axis).collect::<Result<_>>()?;
+        let axes: Vec<Axis<'_>> = self.axes.iter().map(Written::axis).collect::<Result<_>>()?;
         Ok((0..count).map(|point| overrides(&axes, point)).collect())
     }
 }

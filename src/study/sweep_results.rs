@@ -7,7 +7,7 @@ use super::batch::{Batch, Point, Study};
 use super::folder::Fresh;
 use super::graph::StudyNodes;
 use super::lock::Lock;
-use super::results::{made, put_numbers};
+use super::results::{made, put_numbers, put_roots};
 use super::settings::Settings;
 use super::table::Table;
 use crate::error::{Error, Result};
@@ -60,7 +60,7 @@ impl<'a> Swept<'a> {
         nodes.score.map(|n| self.report.artefact(n)?.json("score")).transpose()
     }
 
-    /// One row per point: number, swept values, scores, counts, digest of the roots, error.
+    /// One row per point: number, swept values, scores, traits where the sweep asks for them, counts, digest of the roots, error.
     ///
     /// # Errors
     /// Where a result cannot be read.
@@ -88,6 +88,14 @@ impl<'a> Swept<'a> {
                 }
             }
             table.put("rms_mm", score.rms_mm.map(|v| format!("{v:.6}")).unwrap_or_default());
+        }
+        if self.study.traits {
+            let traits = self.report.artefact(nodes.traits)?.bytes("traits.csv")?;
+            let mut rows = csv::Reader::from_reader(traits.as_slice());
+            for row in rows.records() {
+                let row = row.map_err(|e| Error::failed(format!("traits.csv: {e}")))?;
+                table.put(row.get(0).unwrap_or_default(), row.get(1).unwrap_or_default().to_owned());
+            }
         }
         let roots = self.report.artefact(nodes.extract)?;
         let voxels = roots.members().iter().find(|m| m.name == "index").and_then(|m| m.shape.first().copied());
@@ -147,7 +155,11 @@ impl<'a> Swept<'a> {
         let Some(fresh) = Fresh::begin(results_dir, &lock)? else { return Ok(false) };
         let digits = self.study.points.len().to_string().len();
         for (point, _, nodes) in self.done() {
-            put_numbers(&fresh, &format!("points/{:0digits$}/", point.number), nodes, self.report)?;
+            let prefix = format!("points/{:0digits$}/", point.number);
+            if self.study.traits {
+                put_roots(&fresh, &prefix, nodes, self.report)?;
+            }
+            put_numbers(&fresh, &prefix, nodes, self.report)?;
         }
         fresh.write("sweep.csv", &self.table()?.csv()?)?;
         fresh.write("contact.svg", self.contact()?.as_bytes())?;

@@ -3,5 +3,6 @@
 mod bad_input;
 mod capture;
 mod kill;
+mod reruns;
 mod runs;
 mod sweeps;

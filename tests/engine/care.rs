@@ -99,10 +99,16 @@ fn values_make_room_but_what_follows_is_still_found() {
     assert_eq!(ran(&log), ["count", "spread/0", "spread/1", "spread/2", "spread/3", "sum"]);
     let spread = graph.find("spread/0").unwrap();
     let pinned = BTreeSet::from([report.key(target).unwrap()]);
-    store.collect(&Collect { max_bytes: Some(0), pinned, ..Collect::default() }).unwrap();
+    store.pin("study", &pinned).unwrap();
+    let rules = Collect { max_bytes: Some(0), ..Collect::default() };
+    store.collect(&rules).unwrap();
     assert!(ran(&run_logged(&store, &graph, target, 2).1).is_empty());
     assert!(report.digest(sum).is_some() && report.digest(spread).is_some());
     assert!(store.verify(false, &|_, _| Ok(())).unwrap().bad.is_empty());
+    assert_eq!(store.pins().unwrap().keys().collect::<Vec<_>>(), ["study"]);
+    store.unpin("study").unwrap();
+    assert_eq!(store.collect(&rules).unwrap().emptied, 1);
+    assert!(store.unpin("study").is_err());
 }
 
 #[test]

@@ -8,3 +8,4 @@ mod reuse;
 mod speed;
 mod streaming;
 mod toy;
+mod upstream;

@@ -13,7 +13,7 @@ use crate::error::Result;
 use crate::store::digest::Key;
 use crate::store::{Manifest, Store};
 
-/// What may stay. Everything does by default.
+/// What may stay beside pinned nodes ([`Store::pins`]). Everything does by default.
 #[derive(Debug, Clone, Default)]
 pub struct Collect {
     /// Bytes that all values together may take.
@@ -22,8 +22,6 @@ pub struct Collect {
     pub max_age: Option<Duration>,
     /// The only nodes to stay.
     pub keep_only: Option<BTreeSet<Key>>,
-    /// Nodes that stay with their values whatever the other rules say.
-    pub pinned: BTreeSet<Key>,
     /// Count only.
     pub dry_run: bool,
 }
@@ -51,6 +49,7 @@ impl Store {
     pub fn collect(&self, rules: &Collect) -> Result<Removal> {
         let _alone = if rules.dry_run { None } else { Some(self.claim_alone()?) };
         let now = SystemTime::now();
+        let pinned: BTreeSet<Key> = self.pins()?.into_values().flatten().collect();
         let mut removal = Removal::default();
         let mut kept: Vec<Listed> = Vec::new();
         for listed in self.list()? {
@@ -58,7 +57,7 @@ impl Store {
             let age = now.duration_since(listed.used).unwrap_or_default();
             let too_old = rules.max_age.is_some_and(|limit| age > limit);
             let unwanted = rules.keep_only.as_ref().is_some_and(|keep| !keep.contains(&manifest.key));
-            if (too_old || unwanted) && !rules.pinned.contains(&manifest.key) {
+            if (too_old || unwanted) && !pinned.contains(&manifest.key) {
                 removal.nodes += 1;
                 removal.bytes += manifest.bytes();
                 if !rules.dry_run {
@@ -75,7 +74,7 @@ impl Store {
             if removal.kept_bytes <= rules.max_bytes.unwrap_or(u64::MAX) {
                 break;
             }
-            if manifest.is_virtual || manifest.bytes() == 0 || rules.pinned.contains(&manifest.key) {
+            if manifest.is_virtual || manifest.bytes() == 0 || pinned.contains(&manifest.key) {
                 continue;
             }
             removal.emptied += 1;

@@ -1,6 +1,7 @@
 //! Looking after a store: what lies in it, whether it is sound, what can go.
 
 mod collect;
+mod pins;
 mod verify;
 
 use std::collections::BTreeMap;

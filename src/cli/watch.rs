@@ -1,0 +1,69 @@
+//! What watches a run: the display, the estimate of the time left, and the trace.
+
+use super::progress::Display;
+use super::trace::Trace;
+use crate::error::Result;
+use crate::flow::{Event, Graph, NodeId, Remaining};
+use crate::store::Store;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// How often the time left is estimated.
+const EVERY: Duration = Duration::from_millis(250);
+
+/// Watches one run.
+pub struct Watch<'a> {
+    display: Display,
+    state: Mutex<State<'a>>,
+}
+
+struct State<'a> {
+    remaining: Remaining<'a>,
+    trace: Option<Trace>,
+    estimated: Option<Instant>,
+}
+
+impl<'a> Watch<'a> {
+    /// A watch over a run of `targets` whose nodes are called `names`; with `trace`, the trace is written there.
+    pub fn new(
+        graph: &'a Graph,
+        store: &'a Store,
+        targets: &[NodeId],
+        names: Vec<String>,
+        threads: usize,
+        trace: Option<PathBuf>,
+    ) -> Self {
+        let trace = trace.map(|path| Trace::new(path, names.clone()));
+        let remaining = Remaining::new(graph, store, targets, threads);
+        Self { display: Display::new(names), state: Mutex::new(State { remaining, trace, estimated: None }) }
+    }
+
+    /// Takes one event.
+    pub fn see(&self, event: &Event) {
+        let now = Instant::now();
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.remaining.take(event, now);
+        let due = state.estimated.is_none_or(|last| now.saturating_duration_since(last) >= EVERY);
+        let left = if due { state.remaining.left(now) } else { None };
+        if left.is_some() {
+            state.estimated = Some(now);
+        }
+        if let Some(trace) = &mut state.trace {
+            trace.take(event, left.map(|(left, _)| left), now);
+        }
+        drop(state);
+        self.display.left(left);
+        self.display.show(event);
+    }
+
+    /// Ends the display and writes the trace; to be called however the run ended.
+    ///
+    /// # Errors
+    /// Where the trace cannot be written.
+    pub fn finish(&self) -> Result<()> {
+        self.display.finish();
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.trace.as_ref().map_or(Ok(()), Trace::write)
+    }
+}

@@ -1,0 +1,92 @@
+//! A result made again from its lock, and what the comparison says where something changed.
+
+use super::capture::{Capture, rootvox};
+use std::fs;
+
+/// Exit code and both outputs of `rootvox rerun` on the capture's result.
+fn rerun(capture: &Capture, more: &[&str]) -> (Option<i32>, String) {
+    let mut command = rootvox();
+    command.current_dir(capture.path("")).args(["rerun", "results/tiny/study.lock"]).args(more);
+    let output = command.output().expect("runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    (output.status.code(), text)
+}
+
+#[test]
+fn a_lock_is_repeated_bit_for_bit_in_an_empty_store_at_any_thread_count() {
+    let capture = Capture::new();
+    capture.run(&["--set", "extract.high=1.2"]).assert().success();
+    // Neither the study file nor its defaults matter any more.
+    fs::remove_file(capture.path("study.toml")).expect("can remove");
+    for threads in ["1", "2"] {
+        let (code, text) = rerun(&capture, &["--cache", &format!("empty-{threads}"), "--threads", threads]);
+        assert_eq!(code, Some(0), "{text}");
+        let line = text.lines().find(|l| l.ends_with("nodes bit-identical")).expect("a verdict");
+        let words: Vec<&str> = line.split(' ').collect();
+        assert_eq!(words[0], words[2], "{text}");
+        assert!(text.contains(" 0 cached"), "{text}");
+    }
+    // Moved as a whole: the lock finds its photographs from where it lies.
+    let elsewhere = Capture::new();
+    fs::create_dir_all(elsewhere.path("results/tiny")).expect("can create");
+    fs::copy(capture.path("results/tiny/study.lock"), elsewhere.path("results/tiny/study.lock")).expect("can copy");
+    assert_eq!(rerun(&elsewhere, &[]).0, Some(0));
+    // Or is told where they are.
+    fs::rename(elsewhere.path("results/tiny"), elsewhere.path("results-tiny")).expect("can move");
+    fs::create_dir_all(elsewhere.path("results/deeper/tiny")).expect("can create");
+    let deeper = elsewhere.path("results/deeper/tiny/study.lock");
+    fs::copy(elsewhere.path("results-tiny/study.lock"), &deeper).expect("can copy");
+    let mut told = rootvox();
+    told.current_dir(elsewhere.path("")).args(["rerun", "results/deeper/tiny/study.lock", "--photos-dir", "."]);
+    told.assert().success();
+}
+
+#[test]
+fn what_changed_since_is_named() {
+    let capture = Capture::new();
+    capture.run(&[]).assert().success();
+    let lock = "results/tiny/study.lock";
+
+    capture.edit(lock, "\"extract.high\": \"1.0\"", "\"extract.high\": \"1.3\"");
+    let (code, text) = rerun(&capture, &[]);
+    assert_eq!(code, Some(1), "{text}");
+    assert!(text.contains("first to differ: extract: setting: `high`: 1 -> 1.3"), "{text}");
+    capture.edit(lock, "\"extract.high\": \"1.3\"", "\"extract.high\": \"1.0\"");
+
+    let mut picture = image::open(capture.path("images/002.jpg")).expect("a picture").to_rgb8();
+    picture.put_pixel(80, 60, image::Rgb([255, 0, 0]));
+    picture.save(capture.path("images/002.jpg")).expect("can save");
+    let (code, text) = rerun(&capture, &[]);
+    assert_eq!(code, Some(1), "{text}");
+    assert!(text.contains("first to differ: photo/002.jpg: input"), "{text}");
+
+    fs::write(capture.path(lock), "{}").expect("can write");
+    assert_eq!(rerun(&capture, &[]).0, Some(2));
+}
+
+#[test]
+fn a_sweep_is_repeated_from_its_lock() {
+    let capture = Capture::new();
+    capture
+        .run(&["--set", "sweep.extract.high=[0.9, 1.5]", "--set", "sweep.grid.spacing=[1.0, 2.0]"])
+        .assert()
+        .success();
+    let (code, text) = rerun(&capture, &["--cache", "empty"]);
+    assert_eq!(code, Some(0), "{text}");
+}
+
+#[test]
+fn results_say_what_they_are() {
+    let capture = Capture::new();
+    capture.run(&[]).assert().success();
+    let text = fs::read_to_string(capture.path("results/tiny/ro-crate-metadata.json")).expect("is there");
+    let page: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let graph = page["@graph"].as_array().expect("a graph");
+    let entity = |id: &str| graph.iter().find(|e| e["@id"] == id).unwrap_or_else(|| panic!("no {id}"));
+    for part in entity("./")["hasPart"].as_array().expect("parts") {
+        let part = entity(part["@id"].as_str().expect("an id"));
+        assert!(capture.path("results/tiny").join(part["@id"].as_str().expect("an id")).exists(), "{part}");
+        assert_ne!(part["description"], "", "{part}");
+    }
+    assert_eq!(entity("#run")["object"].as_array().expect("inputs").len(), 7, "six photographs and the cameras");
+}
