@@ -105,6 +105,12 @@ impl Error {
         }
     }
 
+    /// The error and those that travel with it, one by one.
+    pub fn apart(mut self) -> Vec<Self> {
+        let others = std::mem::take(&mut self.others);
+        std::iter::once(self).chain(others).collect()
+    }
+
     /// 2 for usage, 1 for failure, 130 for an interruption.
     pub fn exit_code(&self) -> u8 {
         match self.kind {

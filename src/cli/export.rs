@@ -82,7 +82,7 @@ impl Slice {
         let (photo, camera) =
             (graph.find(&format!("undistort/{}", self.view))?, graph.find(&format!("camera/{}", self.view))?);
         let store = Store::open(&self.store.cache)?;
-        let display = Display::new(&graph);
+        let display = Display::new(graph.labels());
         let report = Engine::new(&store)
             .threads(self.machine.threads())
             .memory_bytes(self.machine.memory_bytes())

@@ -1,6 +1,6 @@
 //! Shows a run: a bar per running node and one for the whole on a terminal, a line per node otherwise.
 
-use crate::flow::{Event, Graph, NodeId};
+use crate::flow::{Event, NodeId};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
@@ -24,16 +24,11 @@ struct State {
 }
 
 impl Display {
-    /// A display for runs of `graph`.
-    pub fn new(graph: &Graph) -> Self {
+    /// A display for runs of a graph whose nodes are called so.
+    pub fn new(labels: Vec<String>) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let target = if terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        Self {
-            labels: graph.nodes().map(|n| graph.label(n).to_owned()).collect(),
-            terminal,
-            bars: MultiProgress::with_draw_target(target),
-            state: Mutex::default(),
-        }
+        Self { labels, terminal, bars: MultiProgress::with_draw_target(target), state: Mutex::default() }
     }
 
     /// Takes one event.

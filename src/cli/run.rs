@@ -2,23 +2,26 @@
 
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
 use super::progress::Display;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::evaluation::Score;
-use crate::flow::{Engine, Graph};
+use crate::flow::{Engine, Report};
 use crate::store::Store;
-use crate::study::settings::Settings;
-use crate::study::{graph, results};
+use crate::study::batch::{Batch, Study};
+use crate::study::results;
+use crate::study::sweep_results::Swept;
 use clap::Args;
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 /// Bring a study up to date: compute what is missing, take the rest from the store, write the results.
 ///
 /// What a change does not touch is not computed again. Ctrl-C loses nothing that is finished: the same
-/// command goes on from there.
+/// command goes on from there. A [sweep] in the study runs as one: its points share what they have in common.
 ///
 /// Examples:
 ///   rootvox run pipelines/quickstart.toml
-///   rootvox run pipelines/licorice.toml --set photos.dir=captures/plant-7 --set extract.high=0.03
+///   rootvox run pipelines/licorice.toml --set photos.dir=captures/plant-7 --set extract.high=1.5
+///   rootvox run pipelines/quickstart.toml --set 'sweep.extract.high=[0.8, 1.0, 1.5]' --best f1_1mm
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Run {
@@ -31,6 +34,9 @@ pub struct Run {
     /// Folder that the study's results folder is written into.
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
+    /// Of a sweep, print the point that is best by this column of sweep.csv, such as f1_1mm or rms_mm.
+    #[arg(long, value_name = "COLUMN")]
+    best: Option<String>,
 }
 
 impl Run {
@@ -39,26 +45,73 @@ impl Run {
     /// # Errors
     /// Faults of the study file, of the photographs and cameras, and of the machine.
     pub fn run(&self) -> Result<()> {
-        let settings = Settings::load(&self.study.study, &self.study.set)?;
-        let mut graph = Graph::new();
-        let nodes = graph::add(&mut graph, &settings)?;
+        let batch = Batch::load(&self.study.study, &self.study.set)?;
         let store = Store::open(&self.store.cache)?;
-        let display = Display::new(&graph);
-        let report = Engine::new(&store)
+        let display = Display::new(batch.names());
+        let (report, failures) = Engine::new(&store)
             .threads(self.machine.threads())
             .memory_bytes(self.machine.memory_bytes())
             .cancel(super::cancel::flag()?)
             .on_event(|event| display.show(event))
-            .run(&graph, &nodes.targets())?;
+            .attempt(&batch.graph, &batch.targets())?;
         display.finish();
-        let (path, written) = results::write(&self.results, &settings, &graph, &nodes, &report)?;
-        if let Some(score) = nodes.score {
-            let score: Score = report.artefact(score)?.json("score")?;
-            eprintln!("{}", super::score_table::table(&score));
+        let mut faults = Vec::new();
+        for study in &batch.studies {
+            if study.is_sweep() {
+                let swept = Swept::new(&batch, study, &report, &failures);
+                faults.extend(swept.failures());
+                self.sweep_results(study, &swept)?;
+            } else {
+                let reached = batch.graph.upstream(&study.targets());
+                let own = failures.iter().filter(|(node, _)| reached[node.index()]).map(|(_, error)| error.clone());
+                let own: Vec<Error> = own.collect();
+                if own.is_empty() {
+                    self.results(&batch, study, &report)?;
+                }
+                faults.extend(own);
+            }
         }
+        let mut seen = BTreeSet::new();
+        Error::many(faults.into_iter().filter(|e| seen.insert(e.message.clone())).collect())
+    }
+
+    fn results(&self, batch: &Batch, study: &Study, report: &Report) -> Result<()> {
+        let written = results::write(&self.results, batch, study, report)?;
+        for (_, nodes) in study.points.iter().filter_map(|point| point.planned.as_ref().ok()) {
+            if let Some(score) = nodes.score {
+                let score: Score = report.artefact(score)?.json("score")?;
+                eprintln!("{}", super::score_table::table(&score));
+            }
+        }
+        self.say(study, written, "report.html");
+        Ok(())
+    }
+
+    #[expect(clippy::print_stdout, reason = "the best point is the data")]
+    fn sweep_results(&self, study: &Study, swept: &Swept<'_>) -> Result<()> {
+        let written = swept.write(&self.results)?;
+        let failed = swept.failures().len();
+        eprintln!("{}: {} points, {failed} failed", study.name, study.points.len());
+        self.say(study, written, "contact.svg");
+        let Some(column) = &self.best else { return Ok(()) };
+        let table = swept.table()?;
+        let best = table.best(column)?.and_then(|n| study.points.get(n).zip(table.rows.get(n)));
+        let Some((point, row)) = best else {
+            return Err(Error::failed(format!("no point of `{}` has a number in column `{column}`", study.name)));
+        };
+        let value = table.columns.iter().position(|c| c == column).and_then(|at| row.get(at));
+        print!("point {}  {column}={}", point.number, value.map_or("", String::as_str));
+        for (parameter, value) in study.parameters.iter().zip(&point.values) {
+            print!("  --set {parameter}={value}");
+        }
+        println!();
+        Ok(())
+    }
+
+    fn say(&self, study: &Study, written: bool, look_at: &str) {
+        let path = self.results.join(&study.name);
         let state = if written { "written" } else { "unchanged" };
         eprintln!("results {state}: {}", path.display());
-        eprintln!("look at: {}", path.join("report.html").display());
-        Ok(())
+        eprintln!("look at: {}", path.join(look_at).display());
     }
 }

@@ -52,7 +52,7 @@ impl Simulate {
         let mut graph = Graph::new();
         let nodes = graph::add(&mut graph, &settings)?;
         let store = Store::open(&self.store.cache)?;
-        let display = Display::new(&graph);
+        let display = Display::new(graph.labels());
         let mut targets = nodes.photo_nodes.clone();
         let capture = graph.find("capture")?;
         targets.push(capture);

@@ -2,10 +2,9 @@
 
 use super::options::{StoreOptions, StudyOptions, human_bytes};
 use crate::error::{Error, Result};
-use crate::flow::{Engine, Graph, NodeState, Planned};
+use crate::flow::{Engine, NodeState, Planned};
 use crate::store::Store;
-use crate::study::graph;
-use crate::study::settings::Settings;
+use crate::study::batch::Batch;
 use clap::Args;
 use std::fmt::Write;
 
@@ -33,11 +32,9 @@ impl Status {
     /// Faults of the study file or an unreadable store.
     #[expect(clippy::print_stdout, reason = "the plan is the data")]
     pub fn run(&self) -> Result<()> {
-        let settings = Settings::load(&self.study.study, &self.study.set)?;
-        let mut graph = Graph::new();
-        let nodes = graph::add(&mut graph, &settings)?;
+        let batch = Batch::load(&self.study.study, &self.study.set)?;
         let store = Store::open(&self.store.cache)?;
-        let plan = Engine::new(&store).status(&graph, &nodes.targets())?;
+        let plan = Engine::new(&store).status(&batch.graph, &batch.targets())?;
         if self.json {
             let all: Vec<&Planned> = plan.nodes().map(|(_, p)| p).collect();
             let text = serde_json::to_string_pretty(&all).map_err(|e| Error::failed(format!("status: {e}")))?;
@@ -46,7 +43,8 @@ impl Status {
         }
         let mut text = String::new();
         let (mut cached, mut pending, mut seconds, mut unknown) = (0, 0, 0.0, 0);
-        for (_, planned) in plan.nodes() {
+        let names = batch.names();
+        for (node, planned) in plan.nodes() {
             let waits = matches!(planned.state, NodeState::WouldRun { .. } | NodeState::Unknown { .. });
             if waits {
                 pending += 1;
@@ -56,7 +54,7 @@ impl Status {
                 cached += 1;
             }
             if self.all || waits || matches!(planned.state, NodeState::Unreadable { .. }) {
-                let _ = writeln!(text, "{}", line(planned));
+                let _ = writeln!(text, "{}", line(&names[node.index()], planned));
             }
         }
         print!("{text}");
@@ -69,8 +67,7 @@ impl Status {
     }
 }
 
-fn line(planned: &Planned) -> String {
-    let label = &planned.label;
+fn line(name: &str, planned: &Planned) -> String {
     let (state, why) = match &planned.state {
         NodeState::File { .. } => ("file", String::new()),
         NodeState::Unreadable { error } => ("unreadable", error.clone()),
@@ -83,5 +80,5 @@ fn line(planned: &Planned) -> String {
         (Some(s), Some(b)) => format!("  ({s:.2} s, {})", human_bytes(b)),
         _ => String::new(),
     };
-    format!("{label:24} {state:10} {why}{cost}")
+    format!("{name:24} {state:10} {why}{cost}")
 }

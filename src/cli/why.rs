@@ -2,16 +2,15 @@
 
 use super::options::{StoreOptions, StudyOptions};
 use crate::error::Result;
-use crate::flow::{Change, Engine, Graph};
+use crate::flow::{Change, Engine};
 use crate::store::Store;
-use crate::study::graph;
-use crate::study::settings::Settings;
+use crate::study::batch::Batch;
 use clap::Args;
 
 /// Explain why a node would run, or would have: root cause first, old value -> new value.
 ///
 /// Example:
-///   rootvox why pipelines/quickstart.toml extract --set extract.high=0.03
+///   rootvox why pipelines/quickstart.toml extract --set extract.high=1.5
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Why {
@@ -30,12 +29,10 @@ impl Why {
     /// Faults of the study file, an unknown node, or an unreadable store.
     #[expect(clippy::print_stdout, reason = "the explanation is the data")]
     pub fn run(&self) -> Result<()> {
-        let settings = Settings::load(&self.study.study, &self.study.set)?;
-        let mut graph = Graph::new();
-        graph::add(&mut graph, &settings)?;
+        let batch = Batch::load(&self.study.study, &self.study.set)?;
         let store = Store::open(&self.store.cache)?;
-        let node = graph.find(&self.node).map_err(|e| e.help("`rootvox status STUDY --all` lists the nodes"))?;
-        for step in Engine::new(&store).why(&graph, node)? {
+        let node = batch.find(&self.node).map_err(|e| e.help("`rootvox status STUDY --all` lists the nodes"))?;
+        for step in Engine::new(&store).why(&batch.graph, node)? {
             let against = step.against.map(|when| format!("  (against the run of {when})")).unwrap_or_default();
             let changes = if step.changes.is_empty() { "nothing changed".into() } else { sentence(&step.changes) };
             println!("{}: {changes}{against}", step.label);

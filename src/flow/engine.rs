@@ -74,10 +74,23 @@ impl<'a> Engine<'a> {
 
     /// Brings `targets` up to date. Nodes that do not depend on a failed one are finished all the same; then all
     /// failures are returned at once.
+    ///
+    /// # Errors
+    /// All failures of nodes, or the interruption.
     pub fn run(&self, graph: &Graph, targets: &[NodeId]) -> Result<Report> {
+        let (report, failures) = self.attempt(graph, targets)?;
+        Error::many(failures.into_iter().map(|(_, error)| error).collect())?;
+        Ok(report)
+    }
+
+    /// As [`Engine::run`], but nodes that failed are handed back beside the report of what could be done.
+    ///
+    /// # Errors
+    /// The interruption.
+    pub fn attempt(&self, graph: &Graph, targets: &[NodeId]) -> Result<(Report, Vec<(NodeId, Error)>)> {
         let _in_use = self.store.use_it();
         let mut schedule = Schedule::new(graph, self.store, &*self.on_event);
-        let reachable = reachable(graph, targets);
+        let reachable = graph.upstream(targets);
         (self.on_event)(&Event::Planned { total: reachable.iter().filter(|&&is| is).count() });
         for (n, found) in read_files(graph, self.store, &reachable) {
             schedule.file_known(n, found);
@@ -102,7 +115,7 @@ impl<'a> Engine<'a> {
         if !complete && (self.cancel.load(Ordering::Relaxed) || schedule.errors.is_empty()) {
             return Err(Error::interrupted());
         }
-        Error::many(std::mem::take(&mut schedule.errors))?;
+        let failures = std::mem::take(&mut schedule.errors);
         let entries = schedule.slots.into_iter().map(|slot| Entry {
             key: slot.key,
             digest: slot.digest,
@@ -110,7 +123,8 @@ impl<'a> Engine<'a> {
             manifest: slot.manifest,
             ran: slot.ran,
         });
-        Ok(Report { labels: graph.nodes.iter().map(|node| node.label.clone()).collect(), entries: entries.collect() })
+        let labels = graph.nodes.iter().map(|node| node.label.clone()).collect();
+        Ok((Report { labels, entries: entries.collect() }, failures))
     }
 
     /// What [`Engine::run`] would do, and why, without doing it.
@@ -263,17 +277,6 @@ impl<'a> Shared<'a> {
     fn lock(&self) -> MutexGuard<'_, State<'a>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-pub(super) fn reachable(graph: &Graph, targets: &[NodeId]) -> Vec<bool> {
-    let mut reached = vec![false; graph.nodes.len()];
-    let mut open: Vec<usize> = targets.iter().map(|target| target.0).collect();
-    while let Some(n) = open.pop() {
-        if !std::mem::replace(&mut reached[n], true) {
-            open.extend(graph.nodes[n].inputs());
-        }
-    }
-    reached
 }
 
 /// The content of all files that are reached, read in parallel where the store does not remember them.

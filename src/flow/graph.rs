@@ -100,9 +100,26 @@ impl Graph {
         (0..self.nodes.len()).map(NodeId)
     }
 
+    /// Whether each node is one of `targets` or upstream of one, in the order of [`Self::nodes`].
+    pub fn upstream(&self, targets: &[NodeId]) -> Vec<bool> {
+        let mut reached = vec![false; self.nodes.len()];
+        let mut open: Vec<usize> = targets.iter().map(|target| target.0).collect();
+        while let Some(n) = open.pop() {
+            if !std::mem::replace(&mut reached[n], true) {
+                open.extend(self.nodes[n].inputs());
+            }
+        }
+        reached
+    }
+
     /// The label of a node.
     pub fn label(&self, node: NodeId) -> &str {
         &self.nodes[node.0].label
+    }
+
+    /// The labels of all nodes, in the order of [`Self::nodes`].
+    pub fn labels(&self) -> Vec<String> {
+        self.nodes.iter().map(|node| node.label.clone()).collect()
     }
 
     /// The stage of a node; `None` for a file.

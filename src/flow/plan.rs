@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use super::change::{Change, Now, nearest};
-use super::engine::{reachable, read_files};
+use super::engine::read_files;
 use super::graph::{Graph, Kind, NodeId};
 use super::key::key;
 use crate::error::{Error, Result};
@@ -102,7 +102,7 @@ pub struct Step {
 
 /// Decides every node that `targets` depend on.
 pub(super) fn plan(graph: &Graph, store: &Store, targets: &[NodeId]) -> Result<Plan> {
-    let reached = reachable(graph, targets);
+    let reached = graph.upstream(targets);
     let mut digests: Vec<Option<Digest>> = vec![None; graph.nodes.len()];
     let mut entries: Vec<Option<Planned>> = graph.nodes.iter().map(|_| None).collect();
     let mut experience = Experience { store, by_stage: BTreeMap::new() };

@@ -62,7 +62,7 @@ pub(super) struct Schedule<'a> {
     pub(super) ready: BTreeSet<usize>,
     /// Nodes being run, by key; others with the same key wait for them.
     in_work: BTreeMap<Key, usize>,
-    pub(super) errors: Vec<Error>,
+    pub(super) errors: Vec<(NodeId, Error)>,
     pub(super) emit: &'a (dyn Fn(&Event) + Sync),
 }
 
@@ -109,7 +109,7 @@ impl<'a> Schedule<'a> {
         if error.kind != crate::error::Kind::Interrupted {
             let error = error.at(&self.graph.nodes[n].label);
             (self.emit)(&Event::Failed { node: NodeId(n), error: error.clone() });
-            self.errors.push(error);
+            self.errors.push((NodeId(n), error));
         }
         self.release(n);
         self.advance_consumers(n);

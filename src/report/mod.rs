@@ -1,5 +1,6 @@
 //! Overlays, figures, the HTML report: pictures and pages as values, no files.
 
+pub mod contact;
 pub mod hits;
 pub mod overlay;
 pub mod page;

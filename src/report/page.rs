@@ -47,10 +47,10 @@ impl Page<'_> {
         );
         let pieces = self.roots.iter().map(|r| r.1 + 1).max().unwrap_or(0);
         let [depth, rows, columns] = self.grid.shape;
-        let _ = write!(
+        let _ = writeln!(
             t,
             "<p>{} root voxels in {pieces} connected pieces; grid {columns} × {rows} × {depth} of {} mm; tank of radius \
-             {} mm, wall {} mm, indices {} / {} / {}.</p>\n",
+             {} mm, wall {} mm, indices {} / {} / {}.</p>",
             self.roots.len(),
             self.grid.spacing_mm,
             self.tank.radius_mm,

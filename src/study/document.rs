@@ -33,6 +33,18 @@ impl Sources {
         Ok(sources)
     }
 
+    /// The file at `path`, and overrides.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, and as [`Sources::new`].
+    pub fn open(path: &std::path::Path, overrides: &[String]) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            Error::usage(format!("cannot read the study file `{}`: {e}", path.display()))
+                .help("a study is a TOML file; see pipelines/ for examples")
+        })?;
+        Self::new(&path.display().to_string(), &text, overrides)
+    }
+
     fn add(&mut self, setting: &str) -> Result<()> {
         let bad = |why: &str| {
             Error::usage(format!("--set {setting}: {why}"))
@@ -57,6 +69,7 @@ impl Sources {
 }
 
 /// The parsed study; sections are taken out of it one by one.
+#[derive(Clone)]
 pub struct Document<'t> {
     sources: &'t Sources,
     table: DeTable<'t>,
@@ -102,6 +115,23 @@ impl<'t> Document<'t> {
         }
     }
 
+    /// Lays a table over the document.
+    pub(super) fn lay(&mut self, table: DeTable<'t>) {
+        merge(&mut self.table, table);
+    }
+
+    /// Gives the parameter `SECTION.KEY` a value; faults of it are shown at the value's own place.
+    pub(super) fn set(&mut self, parameter: &'t str, value: Spanned<DeValue<'t>>) {
+        let span = value.span();
+        let nested = parameter.rsplit('.').fold(value, |inner, name| {
+            let key = Spanned::new(span.clone(), name.into());
+            Spanned::new(span.clone(), DeValue::Table([(key, inner)].into_iter().collect()))
+        });
+        if let DeValue::Table(table) = nested.into_inner() {
+            self.lay(table);
+        }
+    }
+
     /// Whether the file has that section.
     pub fn has(&self, key: &str) -> bool {
         self.table.iter().any(|(k, _)| k.get_ref().as_ref() == key)
@@ -126,7 +156,8 @@ impl<'t> Document<'t> {
         Error::many(self.faults)
     }
 
-    fn take_table(&mut self, key: &str) -> Option<(Range<usize>, DeTable<'t>)> {
+    /// Takes a section out; a value that is no section is noted as a fault.
+    pub(super) fn take_table(&mut self, key: &str) -> Option<(Range<usize>, DeTable<'t>)> {
         let found = self.table.iter().find(|(k, _)| k.get_ref().as_ref() == key).map(|(k, _)| k.clone())?;
         let value = self.table.remove(&found)?;
         let span = value.span();
@@ -141,7 +172,8 @@ impl<'t> Document<'t> {
         }
     }
 
-    fn fault(&self, message: &str, span: Option<Range<usize>>) -> Error {
+    /// The error `message` at a place of the file, or of the override that the place lies in.
+    pub(super) fn fault(&self, message: &str, span: Option<Range<usize>>) -> Error {
         let Sources { name, text, file_len, .. } = self.sources;
         let Some(span) = span else { return Error::usage(format!("`{name}`: {message}")) };
         let before = &text[..span.start.min(text.len())];

@@ -56,6 +56,11 @@ pub struct StudyNodes {
 }
 
 impl StudyNodes {
+    /// The nodes of the numbers: what a point of a sweep is compared by.
+    pub fn numbers(&self) -> Vec<NodeId> {
+        [self.cameras, self.extract].into_iter().chain(self.score).collect()
+    }
+
     /// All nodes that a run brings up to date.
     pub fn targets(&self) -> Vec<NodeId> {
         let mut targets = vec![self.cameras, self.extract, self.traits, self.volume, self.labels];

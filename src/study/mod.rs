@@ -1,9 +1,14 @@
 //! Study file (TOML) to validated settings to the graph of nodes, and the results folder.
 
+pub mod batch;
 pub mod document;
+pub mod folder;
 pub mod graph;
 pub mod inputs;
 pub mod lock;
 pub mod render;
 pub mod results;
 pub mod settings;
+pub mod sweep;
+pub mod sweep_results;
+pub mod table;

@@ -101,6 +101,24 @@ pub struct Settings {
     pub truth: Truth,
 }
 
+/// What a study's file decides by where it lies.
+pub(super) struct Origin {
+    /// Name of a study that does not say its own.
+    name: String,
+    /// Folder that `photos.dir` starts from.
+    base: PathBuf,
+}
+
+impl Origin {
+    /// A folder named on the command line starts from where the user stands, one named in the file from the file.
+    pub(super) fn of(path: &Path, overrides: &[String]) -> Self {
+        let from_command = overrides.iter().any(|o| o.trim_start().starts_with("photos.dir"));
+        let base = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
+        let name = path.file_stem().map_or("study".into(), |s| s.to_string_lossy().into());
+        Self { name, base: base.to_owned() }
+    }
+}
+
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
     "study",
@@ -126,19 +144,25 @@ const SECTIONS: &[&str] = &[
 ];
 
 impl Settings {
-    /// Reads the study file at `path` with `--set` overrides laid over it.
+    /// Reads the study file at `path` with `--set` overrides laid over it; what it sweeps, and the studies that it
+    /// derives from itself, are left out.
     ///
     /// # Errors
     /// Every fault of the file at once, with line, column and remedy.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| {
-            let mut error = Error::usage(format!("cannot read the study file `{}`: {e}", path.display()));
-            error.help = Some("a study is a TOML file; see pipelines/ for examples".into());
-            error
-        })?;
-        let sources = Sources::new(&path.display().to_string(), &text, overrides)?;
+        let sources = Sources::open(path, overrides)?;
         let mut file = Document::parse(&sources)?;
+        for left_out in ["sweep", "studies"] {
+            file.take_table(left_out);
+        }
+        Self::read(file, &Origin::of(path, overrides))
+    }
 
+    /// Reads the sections of `file`.
+    ///
+    /// # Errors
+    /// As [`Settings::load`].
+    pub(super) fn read(mut file: Document<'_>, origin: &Origin) -> Result<Self> {
         let study: StudySection = file.section("study");
         let simulated = file.has("simulate");
         let simulate: Simulate = file.section("simulate");
@@ -168,10 +192,7 @@ impl Settings {
         }
         file.finish(SECTIONS)?;
 
-        // A folder named on the command line starts from where the user stands.
-        let from_command = overrides.iter().any(|o| o.trim_start().starts_with("photos.dir"));
-        let base = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
-        let input_dir = base.join(&photos.dir);
+        let input_dir = origin.base.join(&photos.dir);
         let source = if simulated {
             Source::Simulated(Box::new(simulate))
         } else {
@@ -179,8 +200,7 @@ impl Settings {
         };
         let tank = tank.resolve(&input_dir)?;
         let depth_mm = grid.depth.unwrap_or_else(|| tank.floor_mm());
-        let name =
-            study.name.unwrap_or_else(|| path.file_stem().map_or("study".into(), |s| s.to_string_lossy().into()));
+        let name = study.name.unwrap_or_else(|| origin.name.clone());
         if name.is_empty() || name.starts_with('.') || name.contains(['/', '\\']) {
             return Err(Error::usage(format!("study.name `{name}` cannot name a folder"))
                 .help("use letters, digits, `-` and `_`"));

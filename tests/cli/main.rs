@@ -4,3 +4,4 @@ mod bad_input;
 mod capture;
 mod kill;
 mod runs;
+mod sweeps;

@@ -3,14 +3,14 @@
 use super::capture::{Capture, rootvox, stderr};
 use std::fs;
 
-fn computed(text: &str) -> usize {
+pub fn computed(text: &str) -> usize {
     let line = text.lines().find(|l| l.contains(" computed")).unwrap_or_else(|| panic!("no summary in:\n{text}"));
     let word = line.split(" cached, ").nth(1).and_then(|r| r.split(' ').next());
     word.and_then(|w| w.parse().ok()).unwrap_or_else(|| panic!("no count in `{line}`"))
 }
 
 /// The nodes that ran, from the lines of a run without a terminal.
-fn ran(text: &str) -> Vec<&str> {
+pub fn ran(text: &str) -> Vec<&str> {
     text.lines().filter_map(|l| l.split_once(": ")).filter(|(_, t)| t.contains(" s")).map(|(n, _)| n).collect()
 }
 
@@ -21,7 +21,7 @@ fn what_a_change_does_not_touch_is_not_computed_again() {
     assert_eq!(ran(&first).iter().filter(|n| n.starts_with("render/")).count(), 6, "{first}");
     assert_eq!(computed(&stderr(&mut capture.run(&[]))), 0, "nothing changed");
 
-    let threshold = stderr(&mut capture.run(&["--set", "extract.high=0.015"]));
+    let threshold = stderr(&mut capture.run(&["--set", "extract.high=1.5"]));
     assert!(ran(&threshold).contains(&"extract"), "{threshold}");
     assert!(
         !ran(&threshold).iter().any(|n| n.starts_with("render") || *n == "suppress" || *n == "volume"),

@@ -1,0 +1,211 @@
+//! What one study file asks for: one study, the points of its sweep, or several studies that share a base; all in one
+//! graph, so that what they have in common is computed once.
+//!
+//! ```toml
+//! [studies.every-ray]                  # the file's study with these values laid over it, under this name
+//! render.exclude_irregular = false
+//! ```
+//!
+//! With `[studies]`, the file's own study is a base only and is not run itself.
+
+use super::document::{Document, Sources};
+use super::graph::{self, StudyNodes};
+use super::settings::{Origin, Settings};
+use super::sweep::{Section, ranges};
+use crate::error::{Error, Result};
+use crate::flow::{Graph, NodeId};
+use std::collections::BTreeSet;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::DeValue;
+
+/// One setting of a study.
+pub struct Point {
+    /// From 1, in the order of the sweep.
+    pub number: usize,
+    /// Values of the study's swept parameters.
+    pub values: Vec<String>,
+    /// The settings and their nodes, or why there are none.
+    pub planned: Result<(Settings, StudyNodes)>,
+}
+
+/// A study: its one point, or the points of its sweep.
+pub struct Study {
+    /// Name of the results folder.
+    pub name: String,
+    /// The swept parameters; none where the study is no sweep.
+    pub parameters: Vec<String>,
+    /// How many values the fastest axis of the sweep has.
+    pub fastest: usize,
+    /// All points.
+    pub points: Vec<Point>,
+}
+
+impl Study {
+    /// Whether the study has a `[sweep]`.
+    pub fn is_sweep(&self) -> bool {
+        !self.parameters.is_empty()
+    }
+
+    /// All nodes that bring the study up to date.
+    pub fn targets(&self) -> Vec<NodeId> {
+        self.points.iter().flat_map(|point| self.targets_of(point)).collect()
+    }
+
+    /// The nodes that one of its points needs: of a sweep's points the numbers, not the pictures.
+    pub fn targets_of(&self, point: &Point) -> Vec<NodeId> {
+        match &point.planned {
+            Ok((_, nodes)) if self.is_sweep() => nodes.numbers(),
+            Ok((_, nodes)) => nodes.targets(),
+            Err(_) => Vec::new(),
+        }
+    }
+
+    /// A point for people: `point 3 (extract.high = 0.02)`.
+    pub fn title(&self, point: &Point) -> String {
+        let values: Vec<String> =
+            self.parameters.iter().zip(&point.values).map(|(name, value)| format!("{name} = {value}")).collect();
+        format!("point {} ({})", point.number, values.join(", "))
+    }
+}
+
+/// Everything that a study file asks for.
+pub struct Batch {
+    /// The nodes of all studies.
+    pub graph: Graph,
+    /// The studies.
+    pub studies: Vec<Study>,
+}
+
+impl Batch {
+    /// Reads the study file at `path` with `--set` overrides laid over it. A point of a sweep whose settings are at
+    /// fault is kept with its fault, as long as another point is sound.
+    ///
+    /// # Errors
+    /// Every fault of the file at once, with line, column and remedy.
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self> {
+        let sources = Sources::open(path, overrides)?;
+        let mut base = Document::parse(&sources)?;
+        let origin = Origin::of(path, overrides);
+        let mut batch = Self { graph: Graph::new(), studies: Vec::new() };
+        let derived = derived(&mut base)?;
+        if derived.is_empty() {
+            batch.add(base, &origin)?;
+        }
+        for document in derived {
+            batch.add(document, &origin)?;
+        }
+        let mut names = BTreeSet::new();
+        match batch.studies.iter().find(|study| !names.insert(&study.name)) {
+            None => Ok(batch),
+            Some(twice) => Err(Error::usage(format!("two studies are named `{}`", twice.name))
+                .help("the results of each study go into a folder of its name")),
+        }
+    }
+
+    /// Adds the study in `document`, with all points of its sweep.
+    fn add(&mut self, mut document: Document<'_>, origin: &Origin) -> Result<()> {
+        let section = Section::take(&mut document)?;
+        let Some(section) = section else {
+            let settings = Settings::read(document, origin)?;
+            let nodes = graph::add(&mut self.graph, &settings)?;
+            let name = settings.name.clone();
+            let point = Point { number: 1, values: Vec::new(), planned: Ok((settings, nodes)) };
+            self.studies.push(Study { name, parameters: Vec::new(), fastest: 1, points: vec![point] });
+            return Ok(());
+        };
+        let mut points = Vec::new();
+        for (n, laid) in section.points()?.into_iter().enumerate() {
+            let mut document = document.clone();
+            let values = laid.iter().map(|o| o.text.clone()).collect();
+            for o in laid {
+                document.set(o.parameter, o.value);
+            }
+            let planned = Settings::read(document, origin).and_then(|settings| {
+                let nodes = graph::add(&mut self.graph, &settings)?;
+                Ok((settings, nodes))
+            });
+            points.push(Point { number: n + 1, values, planned });
+        }
+        let Some(name) = points.iter().find_map(|p| p.planned.as_ref().ok().map(|(s, _)| s.name.clone())) else {
+            let mut seen = BTreeSet::new();
+            let faults = points.into_iter().filter_map(|p| p.planned.err()).flat_map(Error::apart);
+            return Error::many(faults.filter(|e| seen.insert(e.message.clone())).collect());
+        };
+        self.studies.push(Study { name, parameters: section.parameters(), fastest: section.fastest(), points });
+        Ok(())
+    }
+
+    /// All nodes that bring all studies up to date.
+    pub fn targets(&self) -> Vec<NodeId> {
+        self.studies.iter().flat_map(Study::targets).collect()
+    }
+
+    /// A name for each node, unlike that of any other: its label and, where not all points share it, whose it is:
+    /// `extract [2]`, `rootness [1-4]`, `render/003.jpg [every-ray]`.
+    pub fn names(&self) -> Vec<String> {
+        let mut owners: Vec<Vec<(usize, usize)>> = self.graph.nodes().map(|_| Vec::new()).collect();
+        let mut points = 0;
+        for (s, study) in self.studies.iter().enumerate() {
+            for point in study.points.iter().filter(|p| p.planned.is_ok()) {
+                points += 1;
+                let reached = self.graph.upstream(&study.targets_of(point));
+                let reached = owners.iter_mut().zip(reached).filter(|(_, reached)| *reached);
+                reached.for_each(|(owners, _)| owners.push((s, point.number)));
+            }
+        }
+        let name = |(node, owners): (NodeId, Vec<(usize, usize)>)| {
+            let label = self.graph.label(node);
+            if owners.is_empty() || owners.len() == points {
+                return label.to_owned();
+            }
+            let of_study = |(s, study): (usize, &Study)| {
+                let numbers: Vec<usize> = owners.iter().filter(|(of, _)| *of == s).map(|(_, n)| *n).collect();
+                match (numbers.is_empty(), self.studies.len() > 1, study.is_sweep()) {
+                    (true, ..) => None,
+                    (false, true, false) => Some(study.name.clone()),
+                    (false, true, true) => Some(format!("{} {}", study.name, ranges(&numbers))),
+                    (false, false, _) => Some(ranges(&numbers)),
+                }
+            };
+            let whose: Vec<String> = self.studies.iter().enumerate().filter_map(of_study).collect();
+            format!("{label} [{}]", whose.join("; "))
+        };
+        self.graph.nodes().zip(owners).map(name).collect()
+    }
+
+    /// The node with that name ([`Batch::names`]), or else the first with that label.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn find(&self, name: &str) -> Result<NodeId> {
+        let named = self.names().iter().position(|n| n == name).and_then(|n| self.graph.nodes().nth(n));
+        named.map_or_else(|| self.graph.find(name), Ok)
+    }
+}
+
+/// The studies of `[studies]`, each laid over the base; `base` is then without that section.
+fn derived<'t>(base: &mut Document<'t>) -> Result<Vec<Document<'t>>> {
+    let Some((_, section)) = base.take_table("studies") else { return Ok(Vec::new()) };
+    let mut entries: Vec<_> = section.into_iter().collect();
+    entries.sort_by_key(|(key, _)| key.span().start);
+    let (mut documents, mut faults) = (Vec::new(), Vec::new());
+    for (key, value) in entries {
+        let span = value.span();
+        match value.into_inner() {
+            DeValue::Table(table) => {
+                let mut document = base.clone();
+                document.lay(table);
+                let name = DeValue::String(key.get_ref().clone());
+                document.set("study.name", Spanned::new(key.span(), name));
+                documents.push(document);
+            }
+            other => {
+                let message = format!("[studies] expected a table of values, found {}", other.type_str());
+                faults.push(base.fault(&message, Some(span)));
+            }
+        }
+    }
+    Error::many(faults)?;
+    Ok(documents)
+}

@@ -1,0 +1,103 @@
+//! A folder of results: written beside its place and swapped in by rename, so that it never mixes two runs.
+//!
+//! Its `study.lock` says which nodes it was made from; a folder whose lock is equal is left alone.
+
+use crate::error::{Error, Result};
+use crate::flow::{NodeId, Report};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Name of the lock file in a results folder.
+pub const LOCK: &str = "study.lock";
+
+/// A results folder being written.
+pub struct Fresh {
+    folder: tempfile::TempDir,
+    target: PathBuf,
+}
+
+impl Fresh {
+    /// Begins the results `results_dir/<name>` with that lock; `None` where they are there already.
+    ///
+    /// # Errors
+    /// Where the folder cannot be written.
+    pub fn begin(results_dir: &Path, name: &str, lock: &str) -> Result<Option<Self>> {
+        let target = results_dir.join(name);
+        if fs::read_to_string(target.join(LOCK)).is_ok_and(|old| old == lock) {
+            return Ok(None);
+        }
+        fs::create_dir_all(results_dir)
+            .map_err(|e| Error::io("create", results_dir, e).help("name another folder with --results"))?;
+        let folder = tempfile::Builder::new()
+            .prefix(&format!(".{name}-"))
+            .tempdir_in(results_dir)
+            .map_err(|e| Error::io("write into", results_dir, e).help("name another folder with --results"))?;
+        let fresh = Self { folder, target };
+        fresh.write(LOCK, lock.as_bytes())?;
+        Ok(Some(fresh))
+    }
+
+    /// Writes the file `name`.
+    ///
+    /// # Errors
+    /// Where it cannot be written.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        let path = self.folder.path().join(name);
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
+        }
+        fs::write(&path, bytes).map_err(|e| Error::io("write", &path, e))
+    }
+
+    /// Copies a member of a node's artefact, a file or a folder, to `name`.
+    ///
+    /// # Errors
+    /// Where there is no such member or it cannot be copied.
+    pub fn put(&self, report: &Report, node: NodeId, member: &str, name: &str) -> Result<()> {
+        copy(&report.artefact(node)?.path(member)?, &self.folder.path().join(name))
+    }
+
+    /// Puts the folder in its place.
+    ///
+    /// # Errors
+    /// Where it cannot be replaced; the old results then stay as they were.
+    pub fn publish(self) -> Result<()> {
+        swap_in(self.folder, &self.target)
+    }
+}
+
+/// Puts the fresh folder in the target's place.
+fn swap_in(fresh: tempfile::TempDir, target: &Path) -> Result<()> {
+    let fresh = fresh.keep();
+    let aside = fresh.with_extension("old");
+    let had = target.exists();
+    let swapped = (if had { fs::rename(target, &aside) } else { Ok(()) }).and_then(|()| fs::rename(&fresh, target));
+    if let Err(e) = swapped {
+        // Back to where we were.
+        if had && !target.exists() {
+            let _ = fs::rename(&aside, target);
+        }
+        let _ = fs::remove_dir_all(&fresh);
+        return Err(Error::io("replace", target, e).help("is a program using the results? close it and run again"));
+    }
+    if had {
+        let _ = fs::remove_dir_all(&aside);
+    }
+    Ok(())
+}
+
+/// Copies a file or a folder with all that is in it.
+fn copy(from: &Path, to: &Path) -> Result<()> {
+    if from.is_dir() {
+        fs::create_dir_all(to).map_err(|e| Error::io("create", to, e))?;
+        for entry in fs::read_dir(from).map_err(|e| Error::io("read", from, e))? {
+            let entry = entry.map_err(|e| Error::io("read", from, e))?;
+            copy(&entry.path(), &to.join(entry.file_name()))?;
+        }
+        return Ok(());
+    }
+    if let Some(folder) = to.parent() {
+        fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
+    }
+    fs::copy(from, to).map(|_| ()).map_err(|e| Error::io("write", to, e))
+}

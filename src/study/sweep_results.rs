@@ -1,0 +1,156 @@
+//! The results folder of a sweep: `sweep.csv`, `contact.svg`, and per point `points/<number>/` with its numbers.
+//!
+//! Written beside itself and swapped in by rename, as the results of a single study. Points that failed are in the
+//! table with their error and on the sheet with an empty panel.
+
+use super::batch::{Batch, Point, Study};
+use super::folder::Fresh;
+use super::graph::StudyNodes;
+use super::lock;
+use super::results::put_numbers;
+use super::settings::Settings;
+use super::table::Table;
+use crate::error::{Error, Result};
+use crate::evaluation::Score;
+use crate::flow::{NodeId, Report};
+use crate::report::contact::{Panel, sheet};
+use crate::stages::extract;
+use std::path::Path;
+
+/// Columns of a contact sheet at most, where the fastest axis has more values.
+const MOST_COLUMNS: usize = 8;
+
+/// A sweep that was run.
+pub struct Swept<'a> {
+    batch: &'a Batch,
+    study: &'a Study,
+    report: &'a Report,
+    /// With each point, why it failed.
+    failed: Vec<Option<Error>>,
+}
+
+impl<'a> Swept<'a> {
+    /// What a run made of the study; `failures` are those of all nodes.
+    pub fn new(batch: &'a Batch, study: &'a Study, report: &'a Report, failures: &[(NodeId, Error)]) -> Self {
+        let fault = |point: &Point| match &point.planned {
+            Err(error) => Some(error.clone()),
+            Ok(_) => {
+                let reached = batch.graph.upstream(&study.targets_of(point));
+                failures.iter().find(|(node, _)| reached[node.index()]).map(|(_, error)| error.clone())
+            }
+        };
+        let failed = study.points.iter().map(fault).collect();
+        Self { batch, study, report, failed }
+    }
+
+    /// The failures, each naming its point.
+    pub fn failures(&self) -> Vec<Error> {
+        let points = self.study.points.iter().zip(&self.failed);
+        points.filter_map(|(point, fault)| Some(fault.clone()?.at(self.study.title(point)))).collect()
+    }
+
+    fn done(&self) -> impl Iterator<Item = (&'a Point, &'a Settings, &'a StudyNodes)> + '_ {
+        self.study.points.iter().zip(&self.failed).filter_map(|(point, fault)| match (&point.planned, fault) {
+            (Ok((settings, nodes)), None) => Some((point, settings, nodes)),
+            _ => None,
+        })
+    }
+
+    fn score(&self, nodes: &StudyNodes) -> Result<Option<Score>> {
+        nodes.score.map(|n| self.report.artefact(n)?.json("score")).transpose()
+    }
+
+    /// One row per point: number, swept values, scores, counts, digest of the roots, error.
+    ///
+    /// # Errors
+    /// Where a result cannot be read.
+    pub fn table(&self) -> Result<Table> {
+        let mut table = Table::default();
+        for (point, fault) in self.study.points.iter().zip(&self.failed) {
+            table.rows.push(Vec::new());
+            table.put("point", point.number.to_string());
+            for (parameter, value) in self.study.parameters.iter().zip(&point.values) {
+                table.put(parameter, value.clone());
+            }
+            match (&point.planned, fault) {
+                (Ok((_, nodes)), None) => self.put_results(nodes, &mut table)?,
+                (_, fault) => table.put("error", fault.as_ref().map(|e| e.message.clone()).unwrap_or_default()),
+            }
+        }
+        Ok(table)
+    }
+
+    fn put_results(&self, nodes: &StudyNodes, table: &mut Table) -> Result<()> {
+        if let Some(score) = self.score(nodes)? {
+            for at in &score.at {
+                for (name, value) in [("f1", at.f1), ("precision", at.precision), ("recall", at.recall)] {
+                    table.put(&format!("{name}_{}mm", at.tolerance_mm), format!("{value:.6}"));
+                }
+            }
+            table.put("rms_mm", score.rms_mm.map(|v| format!("{v:.6}")).unwrap_or_default());
+        }
+        let roots = self.report.artefact(nodes.extract)?;
+        let voxels = roots.members().iter().find(|m| m.name == "index").and_then(|m| m.shape.first().copied());
+        table.put("root_voxels", voxels.unwrap_or(0).to_string());
+        table.put("digest", roots.digest().to_string());
+        Ok(())
+    }
+
+    fn contact(&self) -> Result<String> {
+        let Some((_, any, _)) = self.done().next() else {
+            return Err(Error::failed(format!("no point of the sweep `{}` could be computed", self.study.name)));
+        };
+        let (mut panels, mut tolerances) = (Vec::new(), Vec::<String>::new());
+        for (point, fault) in self.study.points.iter().zip(&self.failed) {
+            let mut lines = vec![format!("point {}", point.number)];
+            let settings = match (&point.planned, fault) {
+                (Ok((settings, nodes)), None) => {
+                    if let Some(score) = self.score(nodes)? {
+                        let f1: Vec<String> = score.at.iter().map(|a| format!("{:.3}", a.f1)).collect();
+                        tolerances = score.at.iter().map(|a| a.tolerance_mm.to_string()).collect();
+                        lines.push(format!("F1 {}", f1.join(", ")));
+                    }
+                    settings
+                }
+                _ => any,
+            };
+            let values = self.study.parameters.iter().zip(&point.values);
+            lines.extend(values.map(|(parameter, value)| format!("{parameter} = {value}")));
+            let roots = match (&point.planned, fault) {
+                (Ok((_, nodes)), None) => Ok(extract::read(&self.report.artefact(nodes.extract)?)?
+                    .iter()
+                    .map(|r| (r.point_mm, r.rootness))
+                    .collect()),
+                (_, fault) => Err(fault.as_ref().map(|e| e.message.clone()).unwrap_or_default()),
+            };
+            let grid = &settings.grid;
+            panels.push(Panel {
+                lines,
+                roots,
+                radius_mm: settings.tank.inner_radius_mm(),
+                depth_mm: grid.spacing_mm * grid.shape[0] as f64,
+                spacing_mm: grid.spacing_mm,
+            });
+        }
+        let scored =
+            if tolerances.is_empty() { String::new() } else { format!(": F1 at {} mm", tolerances.join(", ")) };
+        sheet(&format!("{}{scored}", self.study.name), &panels, self.study.fastest.min(MOST_COLUMNS))
+    }
+
+    /// Brings `results_dir/<name>` up to date and tells whether it had to be written.
+    ///
+    /// # Errors
+    /// Where no point could be computed, or the folder cannot be written; the old results then stay as they were.
+    pub fn write(&self, results_dir: &Path) -> Result<bool> {
+        let lock = lock::text(self.batch, self.study, self.report)?;
+        let Some(fresh) = Fresh::begin(results_dir, &self.study.name, &lock)? else { return Ok(false) };
+        let digits = self.study.points.len().to_string().len();
+        for (point, _, nodes) in self.done() {
+            put_numbers(&fresh, &format!("points/{:0digits$}/", point.number), nodes, self.report)?;
+        }
+        fresh.write("sweep.csv", &self.table()?.csv()?)?;
+        fresh.write("contact.svg", self.contact()?.as_bytes())?;
+        fresh.publish()?;
+        Ok(true)
+    }
+}
