@@ -7,6 +7,8 @@
 //! (they lie in shadows that we do not simulate). Ours are lit from the front and above, as the given ones are: light
 //! from a side moves the centroid of a lit tube by up to a quarter of its diameter.
 
+#![allow(clippy::print_stdout, reason = "the figures are what the test is for")]
+
 use ndarray::Array3;
 use rootvox::formats::{cameras_json, roots_json, tank_json};
 use rootvox::optics::{Tank, View};

@@ -4,6 +4,8 @@
 //! optical length n₁|C p₁| + n₂|p₁ p₂| + n₃|p₂ P| from camera C to water point P is stationary, by Newton's method in
 //! their azimuths and depths.
 
+#![allow(clippy::print_stdout, reason = "the figures are what the test is for")]
+
 use rootvox::optics::{Index, Tank, Vec3, View, trace};
 use rootvox::roots::Root;
 use rootvox::simulation::{CaptureParams, Scene, capture};

@@ -208,10 +208,13 @@ fn roots(
     let trace = Trace { grid: s.grid, sigma_mm: s.rootness.sigma.clone(), params: s.trace.clone() };
     let ports = [("ridges", &[ridges][..]), ("roots", &[extract]), ("rootness", &[rootness])];
     let traced = graph.add("trace", trace, &ports);
-    let cameras: Vec<NodeId> = seen.iter().map(|v| v.2).collect();
-    let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
-    let ports = [("system", &[traced][..]), ("photos", photos), ("cameras", &cameras)];
-    let measured = graph.add("diameters", diameters, &ports);
+    let measured = if s.diameters.enabled {
+        let cameras: Vec<NodeId> = seen.iter().map(|v| v.2).collect();
+        let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
+        graph.add("diameters", diameters, &[("system", &[traced][..]), ("photos", photos), ("cameras", &cameras)])
+    } else {
+        traced
+    };
     let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
     graph.add("traits", traits, &[("system", &[measured])])
 }

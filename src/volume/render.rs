@@ -110,7 +110,9 @@ impl ViewRenderer {
                 j += LANES;
             }
         }
-        blocks.into_par_iter().for_each(|(k, j, block)| arch.dispatch(Block { renderer: self, grid, k, j, out: block }));
+        blocks
+            .into_par_iter()
+            .for_each(|(k, j, block)| arch.dispatch(Block { renderer: self, grid, k, j, out: block }));
     }
 
     /// Renders up to [`LANES`] rows of plane k from row j on; the lanes run along y, the solutions are carried

@@ -38,6 +38,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DiameterParams {
+    /// Measure diameters in the photographs; `false` keeps those of the scale that fitted each root best, which are
+    /// rough but cost nothing.
+    pub enabled: bool,
     /// Distance between measured points along a root, mm, 0.2 to 10; the centreline's points between take
     /// interpolated values.
     pub every_mm: f64,
@@ -65,6 +68,7 @@ pub struct DiameterParams {
 impl Default for DiameterParams {
     fn default() -> Self {
         Self {
+            enabled: false,
             every_mm: 1.0,
             stretch_mm: 1.0,
             margin_px: 4.0,
