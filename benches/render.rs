@@ -4,6 +4,8 @@
 //! The scene is the paper's: tank of 90 mm, 171 x 171 x 180 voxels of 1 mm, a camera 39 cm before the wall; the
 //! picture is noise, which costs as much as any.
 
+#![allow(clippy::print_stdout, reason = "the figures are what it is for")]
+
 use divan::Bencher;
 use ndarray::Array4;
 use rootvox::optics::inverse::{LANES, March};

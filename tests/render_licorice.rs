@@ -1,5 +1,7 @@
 //! The true roots of licorice-sim, mapped through the refraction, lie on the roots of the photographs.
 
+#![allow(clippy::print_stdout, reason = "the figures are what it is for")]
+
 use ndarray::Axis;
 use rootvox::optics::{Tank, Vec3, View, ViewMap};
 use rootvox::photo;

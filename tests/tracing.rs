@@ -3,6 +3,8 @@
 //! Set `ROOTVOX_TEST_DATA` to the folder that holds licorice-sim/ and fibrous-dim/; without it the tests
 //! say that they skip.
 
+#![allow(clippy::print_stdout, reason = "the figures are what it is for")]
+
 use ndarray::Array3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

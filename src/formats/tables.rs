@@ -38,7 +38,7 @@ pub fn csv<R: Serialize>(columns: &[&str], rows: impl IntoIterator<Item = R>) ->
 /// `root_voxels.csv`.
 ///
 /// # Errors
-/// As [`csv`].
+/// As `csv`.
 pub fn root_voxels(rows: &[RootVoxel]) -> Result<Vec<u8>> {
     csv(&["x_mm", "y_mm", "z_mm", "rootness"], rows)
 }
@@ -61,7 +61,7 @@ struct CentrelinePoint {
 /// `roots.csv`.
 ///
 /// # Errors
-/// As [`csv`].
+/// As `csv`.
 pub fn roots(roots: &[TracedRoot]) -> Result<Vec<u8>> {
     // A tenth of a micrometre is finer than any photograph.
     let round = |x: f64| (x * 1e4).round() / 1e4 + 0.0;
@@ -98,7 +98,7 @@ pub fn roots(roots: &[TracedRoot]) -> Result<Vec<u8>> {
 /// `repairs.csv`: what the tracing changed against the bare ridge, and why.
 ///
 /// # Errors
-/// As [`csv`].
+/// As `csv`.
 pub fn repairs(repairs: &[Repair]) -> Result<Vec<u8>> {
     let round = |x: f64| (x * 1e3).round() / 1e3 + 0.0;
     let rows = repairs.iter().map(|r| {
@@ -111,7 +111,7 @@ pub fn repairs(repairs: &[Repair]) -> Result<Vec<u8>> {
 /// `traits.csv`: one trait per row; the name ends in its unit, a trait that is not defined has no value.
 ///
 /// # Errors
-/// As [`csv`].
+/// As `csv`.
 pub fn traits(traits: &[Trait]) -> Result<Vec<u8>> {
     csv(&["trait", "value"], traits.iter().map(|t| (t.name.as_str(), finite(t.value))))
 }
@@ -119,7 +119,7 @@ pub fn traits(traits: &[Trait]) -> Result<Vec<u8>> {
 /// `per_root.csv`.
 ///
 /// # Errors
-/// As [`csv`].
+/// As `csv`.
 pub fn per_root(rows: &[PerRoot]) -> Result<Vec<u8>> {
     let columns = [
         "root_id",
@@ -147,7 +147,7 @@ pub fn per_root(rows: &[PerRoot]) -> Result<Vec<u8>> {
 /// `depth_profile.csv`.
 ///
 /// # Errors
-/// As [`csv`].
+/// As `csv`.
 pub fn depth_profile(layers: &[Layer]) -> Result<Vec<u8>> {
     csv(&["depth_from_mm", "depth_to_mm", "length_mm", "volume_mm3", "tips", "width_mm"], layers)
 }
@@ -155,7 +155,7 @@ pub fn depth_profile(layers: &[Layer]) -> Result<Vec<u8>> {
 /// `trait_spread.csv`.
 ///
 /// # Errors
-/// As [`csv`].
+/// As `csv`.
 pub fn trait_spread(rows: &[Spread]) -> Result<Vec<u8>> {
     let row =
         |s: &Spread| (s.name.clone(), s.count, finite(s.mean), finite(s.sd), finite(s.low_2_5), finite(s.high_97_5));

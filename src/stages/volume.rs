@@ -1,7 +1,7 @@
 //! Writes the volumes as an OME-Zarr 0.5 with a pyramid: merged colours and rootness as channels.
 //! In: merged, rootness. Out: volume.ome.zarr (folder, without its labels: `labels.rs`).
 //!
-//! Intensities are halved by their mean, rootness by its maximum. Grids finer than [`MOST_VOXELS`] begin
+//! Intensities are halved by their mean, rootness by its maximum. Grids finer than `MOST_VOXELS` begin
 //! their pyramid at the first level that fits: the store has the full arrays.
 
 use super::{four, slabs, three};

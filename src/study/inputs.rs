@@ -1,4 +1,4 @@
-//! The sections that say what goes in: [study], [photos], [cameras], [tank], [grid], [truth].
+//! The sections that say what goes in: ``````[study]``````, ``````[photos]``````, ``````[cameras]``````, ``````[tank]``````, ``````[grid]``````, ``````[truth]``````.
 
 use crate::error::{Error, Result};
 use crate::formats::tank_json;

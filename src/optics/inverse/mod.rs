@@ -1,5 +1,5 @@
 //! From a point in the water to the pixel that sees it: the exact inverse of the ray's refraction.
-//! Paper 2.3.2, without the search over rays; the equations stand in [`path`].
+//! Paper 2.3.2, without the search over rays; the equations stand in `path`.
 //!
 //! A [`ViewMap`] finds the **regular** ray (paper 2.3.3) through a point by Newton's method in the ray's
 //! two invariants (b, s), kept within the regular rays: regular rays do not cross in the water, so the

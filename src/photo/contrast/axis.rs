@@ -30,7 +30,7 @@ const MARGIN_PX: usize = 4;
 /// The axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ColourAxis {
-    /// Feature per code of contrast in R, G, B: noise deviations, in steps of 1/[`STEPS`] of the greatest's octave, so
+    /// Feature per code of contrast in R, G, B: noise deviations, in steps of 1/`STEPS` of the greatest's octave, so
     /// that a photograph exchanged among many usually leaves the axis, and with it the other views, alone.
     pub weights: [f64; 3],
 }
@@ -114,7 +114,7 @@ fn in_steps(weights: Vec3) -> Vec3 {
     }
 }
 
-/// Contrasts (R, G, B) of up to [`SAMPLES`] clear pixels of a photograph, evenly spread over those that are clear around.
+/// Contrasts (R, G, B) of up to `SAMPLES` clear pixels of a photograph, evenly spread over those that are clear around.
 pub fn samples(photograph: &Contrast) -> Vec<[f32; 3]> {
     let clear = &photograph.clear;
     let (height, width) = clear.dim();
