@@ -47,7 +47,7 @@ fn status_names_what_changed_and_what_waits_for_it() {
             "spread/0 cached",
             "spread/1 cached",
             "sum run: `step`: 0.5 -> 0.25",
-            "count may run: `level`: 100.0 -> 7.0, input `sum` has to be computed again"
+            "count may run: `level`: 100 -> 7, input `sum` has to be computed again"
         ]
     );
     std::fs::write(folder.join("1"), "other").unwrap();
@@ -107,7 +107,7 @@ fn why_begins_with_the_root_cause() {
     );
     run(&Study { gain: 3.0, ..base() });
     let gain = why(&store, &Study { gain: 3.0, ..base() }, folder, "spread/0");
-    assert_eq!(gain, ["spread/0: `gain`: 1.0 -> 3.0"]);
+    assert_eq!(gain, ["spread/0: `gain`: 1 -> 3"]);
     let more = why(&store, &Study { views: 3, ..base() }, folder, "sum");
     assert_eq!(more, ["sum: input `spread/2` added"]);
 }
