@@ -9,13 +9,13 @@ import zarr
 cache, results = map(pathlib.Path, sys.argv[1:3])
 
 seen = 0
-for name, dims in [
-    ("view", ("z", "y", "x", "c")),
-    ("merged", ("z", "y", "x", "c")),
-    ("coverage", ("z", "y", "x")),
-    ("rootness", ("z", "y", "x")),
+for stage, name, dims in [
+    ("render", "view", ("z", "y", "x", "c")),
+    ("merge", "merged", ("z", "y", "x", "c")),
+    ("merge", "coverage", ("z", "y", "x")),
+    ("rootness", "rootness", ("z", "y", "x")),
 ]:
-    found = sorted(cache.glob(f"v*/nodes/*/*/{name}/zarr.json"))
+    found = sorted(cache.glob(f"v*/nodes/{stage}/*/{name}/zarr.json"))
     assert found, f"no array `{name}` in the store"
     array = zarr.open_array(found[0].parent, mode="r")
     assert array.metadata.dimension_names == dims, (name, array.metadata.dimension_names)
