@@ -19,7 +19,7 @@ pub struct Merge {
 
 impl Stage for Merge {
     const NAME: &'static str = "merge";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let views = inputs.many("views").iter().map(|v| v.array::<u8>("view")).collect::<Result<Vec<_>>>()?;

@@ -6,10 +6,10 @@
 //! minimiser is a data point, so the data point nearest to where it stops is tried in the end: a point
 //! is the minimiser exactly if |R| ≤ η there.
 
-use super::{Bundle, LANES, Lane};
+use super::{Bundle, LANES, Lane, UNIT};
 
 /// Colours nearer than this are one point: 1/255 apart at least where they differ in 8 bits.
-const SAME: f32 = 1e-5;
+const SAME: f32 = 1e-5 * UNIT;
 
 /// Geometric median per lane, for the lanes that `known` marks; starts at the mean.
 pub(super) fn median(

@@ -25,16 +25,21 @@
 #![allow(clippy::needless_range_loop)]
 
 mod geometric;
+mod gray;
 mod order;
 
 use crate::error::{Error, Result};
 use crate::photo::colour::{lab_of_srgb, srgb_of_lab};
+use gray::{ByOrder, GrayRow};
 use ndarray::{Array3, Array4, ArrayView4, Axis};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Voxels worked on abreast.
 pub(crate) const LANES: usize = 16;
+
+/// Values of a [`Bundle`] per unit of the estimate's colour: those of the photographs' bytes, so that sums are exact.
+const UNIT: f32 = 255.0;
 
 /// One value per lane.
 pub(crate) type Lane = [f32; LANES];
@@ -137,7 +142,7 @@ pub struct Merged {
     pub residual: Array3<f32>,
 }
 
-/// The views of `LANES` voxels, one entry per view: three channels and the mask as 0 or 1.
+/// The views of `LANES` voxels, one entry per view: three channels (times [`UNIT`]) and the mask as 0 or 1.
 pub(crate) struct Bundle {
     pub(crate) channel: [Vec<Lane>; 3],
     pub(crate) mask: Vec<Lane>,
@@ -165,6 +170,7 @@ pub fn merge(views: &[ArrayView4<u8>], params: &Merge) -> Result<Merged> {
     let mut colour = Array4::from_elem((nz, ny, nx, 3), f32::NAN);
     let mut coverage = Array3::zeros((nz, ny, nx));
     let mut residual = Array3::from_elem((nz, ny, nx), f32::NAN);
+    let by_order = ByOrder::new(params, views.len());
     colour
         .axis_iter_mut(Axis(0))
         .into_par_iter()
@@ -174,7 +180,19 @@ pub fn merge(views: &[ArrayView4<u8>], params: &Merge) -> Result<Merged> {
         .for_each(|(k, ((mut colour, mut coverage), mut residual))| {
             let lanes = || vec![[0.0; LANES]; views.len()];
             let mut bundle = Bundle { channel: [lanes(), lanes(), lanes()], mask: lanes() };
+            let mut gray_row = GrayRow::default();
             for j in 0..ny {
+                if let Some(order) = &by_order
+                    && gray_row.load(views, k, j)
+                {
+                    order.estimate(
+                        &gray_row,
+                        colour.index_axis_mut(Axis(0), j),
+                        coverage.index_axis_mut(Axis(0), j),
+                        residual.index_axis_mut(Axis(0), j),
+                    );
+                    continue;
+                }
                 for from in (0..nx).step_by(LANES) {
                     let width = LANES.min(nx - from);
                     let count = bundle.fill(views, k, j, from, width, params.metric);
@@ -187,7 +205,7 @@ pub fn merge(views: &[ArrayView4<u8>], params: &Merge) -> Result<Merged> {
                     }
                     let estimate = match params.estimator {
                         Estimator::GeometricMedian => {
-                            geometric::median(&bundle, &count, &known, params.tolerance, params.max_steps)
+                            geometric::median(&bundle, &count, &known, params.tolerance * UNIT, params.max_steps)
                         }
                         Estimator::Mean => bundle.mean(&count),
                         Estimator::Median => order::per_channel(&bundle, &count, |v| order::quantile(v, 0.5)),
@@ -200,7 +218,7 @@ pub fn merge(views: &[ArrayView4<u8>], params: &Merge) -> Result<Merged> {
                     };
                     let spread = bundle.mean_distance(&estimate, &count);
                     for i in (0..width).filter(|&i| known[i]) {
-                        let c = [estimate[0][i], estimate[1][i], estimate[2][i]];
+                        let c = [0, 1, 2].map(|c| estimate[c][i] / UNIT);
                         let rgb = match params.metric {
                             Metric::Rgb => c,
                             Metric::Lab => srgb_of_lab(c.map(|x| x * 100.0)),
@@ -208,7 +226,7 @@ pub fn merge(views: &[ArrayView4<u8>], params: &Merge) -> Result<Merged> {
                         for (channel, value) in rgb.into_iter().enumerate() {
                             colour[[j, from + i, channel]] = value;
                         }
-                        residual[[j, from + i]] = spread[i];
+                        residual[[j, from + i]] = spread[i] / UNIT;
                     }
                 }
             }
@@ -235,12 +253,12 @@ impl Bundle {
                 if view[[k, j, from + i, 3]] != 0 {
                     mask[i] = 1.0;
                     for c in 0..3 {
-                        rgb[c][i] = f32::from(view[[k, j, from + i, c]]) / 255.0;
+                        rgb[c][i] = f32::from(view[[k, j, from + i, c]]);
                     }
                     if metric == Metric::Lab {
-                        let lab = lab_of_srgb([rgb[0][i], rgb[1][i], rgb[2][i]]);
+                        let lab = lab_of_srgb([0, 1, 2].map(|c| rgb[c][i] / UNIT));
                         for c in 0..3 {
-                            rgb[c][i] = lab[c] / 100.0;
+                            rgb[c][i] = lab[c] / 100.0 * UNIT;
                         }
                     }
                 }

@@ -2,19 +2,13 @@
 
 use super::{Bundle, LANES, Lane};
 
-/// Applies `estimate` to the sorted values of every channel per lane; 0 where no view sees the voxel. Channels
-/// that are equal in all views (gray photographs) are worked out once.
+/// Applies `estimate` to the sorted values of every channel per lane; 0 where no view sees the voxel. Gray views
+/// have a faster way to the same bits: `gray`.
 pub(super) fn per_channel(bundle: &Bundle, count: &Lane, estimate: impl Fn(&[f32]) -> f32) -> [Lane; 3] {
     let mut out = [[0.0; LANES]; 3];
     let mut values = Vec::with_capacity(bundle.mask.len());
-    let [red, green, blue] = &bundle.channel;
-    let gray = red == green && green == blue;
     for i in (0..LANES).filter(|&i| count[i] > 0.0) {
         for (c, channel) in bundle.channel.iter().enumerate() {
-            if gray && c > 0 {
-                out[c][i] = out[0][i];
-                continue;
-            }
             values.clear();
             for (values_of_view, mask) in channel.iter().zip(&bundle.mask) {
                 if mask[i] != 0.0 {
