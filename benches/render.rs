@@ -71,7 +71,7 @@ impl pulp::WithSimd for MapAll<'_> {
         for k in 0..depth {
             for j in (0..rows).step_by(LANES) {
                 let y: [f64; LANES] = std::array::from_fn(|l| grid.point_mm(0.0, (j + l) as f64, 0.0).y);
-                let mut march = March::new(map, grid.origin_mm[0], &y, k as f64, 1.0);
+                let mut march = March::new(map, grid.origin_mm[0], &y, k as f64, 1.0, 1.0);
                 for i in 0..columns {
                     let x = grid.point_mm(0.0, 0.0, i as f64).x;
                     let wanted: [bool; LANES] = std::array::from_fn(|l| j + l < rows && x.hypot(y[l]) <= 85.0);

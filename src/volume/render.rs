@@ -128,46 +128,30 @@ impl ViewRenderer {
         let inner_squared = tank.inner_radius_mm().powi(2) * (1.0 + 1e-12);
         let rows = out.nrows();
         let y: [f64; LANES] = std::array::from_fn(|l| grid.point_mm(0.0, (j + l) as f64, 0.0).y);
-        let mut march = March::new(&self.map, grid.origin_mm[0], &y, height, grid.spacing_mm);
-        let in_water = |i: usize| -> [bool; LANES] {
-            let x = grid.point_mm(0.0, 0.0, i as f64).x;
-            std::array::from_fn(|l| l < rows && x * x + y[l] * y[l] <= inner_squared)
-        };
+        // Folded rays may be close where every regular one is far.
+        let reach = if self.options.exclude_irregular { grid.spacing_mm } else { f64::INFINITY };
+        let mut march = March::new(&self.map, grid.origin_mm[0], &y, height, grid.spacing_mm, reach);
         let texel_mm = match self.options.sampling {
             Sampling::Point => 0.0,
             Sampling::Footprint => Pyramid::texel_of_box(grid.spacing_mm),
         };
-        let mut i = 0;
-        while i < grid.shape[2] {
-            let wanted = in_water(i);
+        for i in 0..grid.shape[2] {
+            let x = grid.point_mm(0.0, 0.0, i as f64).x;
+            let wanted: [bool; LANES] = std::array::from_fn(|l| l < rows && x * x + y[l] * y[l] <= inner_squared);
             if !wanted.contains(&true) {
-                i += 1;
                 continue;
             }
             let mut lanes = march.column(i, &wanted);
             if !self.options.exclude_irregular {
-                let x = grid.point_mm(0.0, 0.0, i as f64).x;
                 self.map.admit_irregular(x, &y, height, &wanted, &mut lanes);
             }
-            // How far the nearest point is from its ray; a NaN counts as near.
-            let nearest =
-                (0..LANES).filter(|&l| wanted[l]).fold(f64::INFINITY, |d, l| d.min(lanes.distance[l].max(0.0)));
-            if nearest > grid.spacing_mm && self.options.exclude_irregular {
-                // Deep beyond the fold, where the distance changes by less than 2.5 mm per mm: leap, but not past
-                // the column in which another row enters the water.
-                let most = (((nearest / grid.spacing_mm - 1.0) / 2.5) as usize).clamp(1, grid.shape[2] - i);
-                let enters = |i: &usize| in_water(*i).iter().zip(wanted).any(|(&now, before)| now && !before);
-                let next = (i + 1..i + most).find(enters).unwrap_or(i + most);
-                if next > i + 1 {
-                    march.leap();
-                }
-                i = next;
+            let near: [bool; LANES] = std::array::from_fn(|l| wanted[l] & (lanes.distance[l] <= grid.spacing_mm));
+            if !near.contains(&true) {
                 continue;
             }
             let pixels = self.map.clear_pixels(&lanes);
             for (l, mut row) in out.rows_mut().into_iter().enumerate() {
-                let near = lanes.distance[l] <= grid.spacing_mm;
-                if !(wanted[l] && near) {
+                if !near[l] {
                     continue;
                 }
                 if let Some([red, green, blue]) =
@@ -178,7 +162,6 @@ impl ViewRenderer {
                     }
                 }
             }
-            i += 1;
         }
     }
 }

@@ -4,11 +4,17 @@
 //! A step is taken as the solution where it is under 3e-4 in b (mm) and 3e-6 in s and stays inside the
 //! innermost fold: what is left after it is of the order of its square over the tank's radius, 1e-9 mm. All
 //! other columns go to the safeguarded solution.
+//!
+//! A row whose point lies beyond the fold by more than the `reach` asked for rests until it may be back within it:
+//! the distance from the fold changes by less than [`MOST_APPROACH`] per mm. The other rows march on quickly.
 
 use super::{Rays, ViewMap};
 
 /// Rows solved abreast.
 pub const LANES: usize = 8;
+
+/// Largest change of the distance from the fold's ray per distance gone.
+const MOST_APPROACH: f64 = 2.5;
 
 /// Rays of [`LANES`] neighbouring points.
 pub type Lanes = Rays<LANES>;
@@ -22,6 +28,11 @@ pub struct March<'a> {
     y: [f64; LANES],
     step: (f64, f64),
     z: f64,
+    spacing: f64,
+    /// Distance from the regular rays beyond which a point's ray is not asked for.
+    reach: f64,
+    /// Column from which on each row is solved again.
+    rests_until: [usize; LANES],
     /// The last four columns' rays, latest first, and how many of them are in use.
     past: [([f64; LANES], [f64; LANES]); 4],
     known: usize,
@@ -33,19 +44,38 @@ const EXTRAPOLATION: [[f64; 4]; 5] =
 
 impl<'a> March<'a> {
     /// Rows whose first points are `(x, y[l], z)` and whose points lie `spacing` apart along x; tank frame, mm.
-    pub fn new(map: &'a ViewMap, x: f64, y: &[f64; LANES], z: f64, spacing: f64) -> Self {
+    /// Points farther than `reach` (mm, may be infinite) from every regular ray need no solution.
+    pub fn new(map: &'a ViewMap, x: f64, y: &[f64; LANES], z: f64, spacing: f64, reach: f64) -> Self {
         let (mut px, mut py) = ([0.0; LANES], [0.0; LANES]);
         for l in 0..LANES {
             (px[l], py[l]) = map.turned(x, y[l]);
         }
         let Lanes { b, s, .. } = map.axis_rays();
-        Self { map, x: px, y: py, step: map.turned(spacing, 0.0), z, past: [(b, s); 4], known: 0 }
+        Self {
+            map,
+            x: px,
+            y: py,
+            step: map.turned(spacing, 0.0),
+            z,
+            spacing,
+            reach,
+            rests_until: [0; LANES],
+            past: [(b, s); 4],
+            known: 0,
+        }
     }
 
-    /// Rays of the points of column `i`, for the lanes that are `wanted`. Columns follow each other; after a
-    /// leap call [`March::leap`] first.
+    /// Rays of the points of column `i`, for the lanes that are `wanted`; the distance is infinite for the others
+    /// and those known to lie beyond the reach. Columns follow each other.
     #[inline(always)]
     pub fn column(&mut self, i: usize, wanted: &[bool; LANES]) -> Lanes {
+        let awake: [bool; LANES] = std::array::from_fn(|l| wanted[l] & (i >= self.rests_until[l]));
+        if !awake.contains(&true) {
+            // The columns' even steps end here.
+            self.known = 0;
+            let (b, s) = self.past[0];
+            return Lanes { b, s, distance: [f64::INFINITY; LANES], density: [0.0; LANES] };
+        }
         let (dx, dy) = (self.step.0 * i as f64, self.step.1 * i as f64);
         let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
         let (mut b, mut s) = ([0.0; LANES], [0.0; LANES]);
@@ -59,18 +89,26 @@ impl<'a> March<'a> {
         }
         let guess = Lanes { b, s, distance: [0.0; LANES], density: [0.0; LANES] };
         let mut lanes = guess;
-        if !self.glide(&x, &y, wanted, &mut lanes) {
+        if !self.glide(&x, &y, &awake, &mut lanes) {
             lanes = guess;
-            self.map.solve_rays(&x, &y, self.z, wanted, &mut lanes);
+            self.map.solve_rays(&x, &y, self.z, &awake, &mut lanes);
         }
         self.past = [(lanes.b, lanes.s), self.past[0], self.past[1], self.past[2]];
         self.known = (self.known + 1).min(4);
+        for l in 0..LANES {
+            if !awake[l] {
+                // Stays where it was; the weights of the extrapolation sum to one, so it starts again from there.
+                let (b, s) = (self.past[1].0[l], self.past[1].1[l]);
+                for past in &mut self.past {
+                    (past.0[l], past.1[l]) = (b, s);
+                }
+                lanes.distance[l] = f64::INFINITY;
+            } else if lanes.distance[l] > self.reach {
+                let columns = (lanes.distance[l] - self.reach) / (MOST_APPROACH * self.spacing);
+                self.rests_until[l] = i + (columns as usize).max(1);
+            }
+        }
         lanes
-    }
-
-    /// Forgets the direction of the march, not its last rays.
-    pub fn leap(&mut self) {
-        self.known = 0;
     }
 
     /// Up to two plain Newton steps; whether every wanted lane has settled well inside the folds.

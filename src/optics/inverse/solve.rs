@@ -122,34 +122,39 @@ impl ViewMap {
         settled
     }
 
-    /// The solution by bisection in s, with b bisected between the folds for each s; `None` where it lies
-    /// outside the range of s.
+    /// The solution by bisection in the moment, as a part c of the fold's, with the ray of each moment at the
+    /// point's height bisected in s; `None` where it lies outside the range of s.
+    ///
+    /// Along the rays of one height the slope of F₁ is the determinant of (F₁, F₂) over ∂F₂/∂s: it keeps its sign
+    /// where rays are regular, also steep ones, for which F₁ alone may turn back.
     #[cold]
     fn bisect(&self, x: f64, y: f64, z: f64) -> Option<Solved> {
-        let (mut low, mut high) = self.s_range;
-        if self.level(low, x, y, z).1.f2_on_chord > 0.0 || self.level(high, x, y, z).1.f2_on_chord < 0.0 {
-            return None;
-        }
-        while let Some(middle) = between(low, high) {
-            if self.level(middle, x, y, z).1.f2_on_chord > 0.0 { high = middle } else { low = middle }
-        }
-        let (b, misses) = self.level(low, x, y, z);
-        Some(Solved { b, s: low, distance: misses.f1.abs() })
+        let at = |c: f64| self.level(c, x, y, z);
+        let (mut low, mut high) = (-1.0, 1.0);
+        let ends = [at(low), at(high)];
+        let found = if ends[0].1.f1 <= 0.0 {
+            ends[0]
+        } else if ends[1].1.f1 >= 0.0 {
+            ends[1]
+        } else {
+            while let Some(middle) = between(low, high) {
+                if at(middle).1.f1 > 0.0 { low = middle } else { high = middle }
+            }
+            at(low)
+        };
+        let ((b, s), misses) = found;
+        (misses.f2_on_chord.abs() < 1e-6).then_some(Solved { b, s, distance: misses.f1.abs() })
     }
 
-    /// The ray of this s that passes the point in plan, or, where none does, the fold's on the point's side.
-    fn level(&self, s: f64, x: f64, y: f64, z: f64) -> (f64, Misses) {
-        let [fold] = self.fold_moments(&[s]);
-        let at = |b: f64| (b, self.path.misses(b, s, x, y, z));
-        let (mut low, mut high) = (-fold, fold);
-        // F₁ falls with b.
-        for end in [at(low), at(high)] {
-            if end.1.f1 * end.0 >= 0.0 {
-                return end;
-            }
-        }
+    /// The ray with moment c b_fold(s) that passes at the point's height, or the one at the end of the range of s.
+    fn level(&self, c: f64, x: f64, y: f64, z: f64) -> ((f64, f64), Misses) {
+        let at = |s: f64| {
+            let b = c * self.fold_moments(&[s])[0];
+            ((b, s), self.path.misses(b, s, x, y, z))
+        };
+        let (mut low, mut high) = self.s_range;
         while let Some(middle) = between(low, high) {
-            if at(middle).1.f1 > 0.0 { low = middle } else { high = middle }
+            if at(middle).1.f2_on_chord > 0.0 { high = middle } else { low = middle }
         }
         at(low)
     }
