@@ -8,6 +8,7 @@ mod cancel;
 pub mod complaint;
 mod doctor;
 mod evaluate;
+mod explain;
 mod export;
 mod options;
 mod progress;
@@ -18,6 +19,7 @@ mod score_table;
 mod simulate;
 mod status;
 mod trace;
+mod verify;
 mod watch;
 mod why;
 
