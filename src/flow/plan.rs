@@ -159,11 +159,16 @@ pub(super) fn plan(graph: &Graph, store: &Store, targets: &[NodeId]) -> Result<P
 pub(super) struct Experience<'a> {
     store: &'a Store,
     by_stage: BTreeMap<&'static str, Vec<Past>>,
+    /// By stage and label: a sweep asks the same of thousands of nodes.
+    estimates: BTreeMap<(&'static str, String), Estimate>,
 }
+
+/// Seconds and bytes, where there is experience.
+type Estimate = (Option<f64>, Option<u64>);
 
 impl<'a> Experience<'a> {
     pub(super) fn new(store: &'a Store) -> Self {
-        Self { store, by_stage: BTreeMap::new() }
+        Self { store, by_stage: BTreeMap::new(), estimates: BTreeMap::new() }
     }
 
     fn of(&mut self, stage: &'static str) -> &[Past] {
@@ -171,7 +176,17 @@ impl<'a> Experience<'a> {
     }
 
     /// The median time and size of the latest runs, under the same label if there are any.
-    pub(super) fn estimate(&mut self, stage: &'static str, label: &str) -> (Option<f64>, Option<u64>) {
+    pub(super) fn estimate(&mut self, stage: &'static str, label: &str) -> Estimate {
+        let asked = (stage, label.to_owned());
+        if let Some(known) = self.estimates.get(&asked) {
+            return *known;
+        }
+        let estimate = self.estimate_anew(stage, label);
+        self.estimates.insert(asked, estimate);
+        estimate
+    }
+
+    fn estimate_anew(&mut self, stage: &'static str, label: &str) -> Estimate {
         let all = self.of(stage);
         let mut latest: Vec<&Past> = all.iter().rev().filter(|past| past.label == label).take(RECENT).collect();
         if latest.is_empty() {
