@@ -59,6 +59,9 @@ pub fn made(nodes: &StudyNodes, report: &Report) -> Option<String> {
 /// # Errors
 /// Where something is missing or cannot be copied.
 pub fn put_roots(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Report) -> Result<()> {
+    if let Some(score) = nodes.roots_score {
+        fresh.put(report, score, "judgement", &format!("{prefix}roots_score.json"))?;
+    }
     let rsml = report.artefact(nodes.traits)?.has("roots.rsml").then_some("roots.rsml");
     for name in ROOT_FILES.into_iter().chain(rsml) {
         fresh.put(report, nodes.traits, name, &format!("{prefix}{name}"))?;
@@ -74,6 +77,9 @@ pub fn put_numbers(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Rep
     fresh.put(report, nodes.extract, "root_voxels.csv", &format!("{prefix}root_voxels.csv"))?;
     if let Some(score) = nodes.score {
         fresh.put(report, score, "score", &format!("{prefix}score.json"))?;
+    }
+    if let Some(errors) = nodes.camera_errors {
+        fresh.put(report, errors, "errors", &format!("{prefix}camera_errors.json"))?;
     }
     if let Some(slices) = nodes.slices {
         for name in ["merged.png", "coverage.png", "rootness.png"] {
