@@ -13,11 +13,14 @@ use crate::stages::capture::{Capture, photo_name};
 use crate::stages::contrast::Contrast;
 use crate::stages::diameters::Diameters;
 use crate::stages::evaluate::Evaluate;
+use crate::stages::evaluate_cameras::EvaluateCameras;
+use crate::stages::evaluate_roots::EvaluateRoots;
 use crate::stages::extract::Extract;
 use crate::stages::feature::Feature;
 use crate::stages::labels::Labels;
 use crate::stages::lattice::Lattice;
 use crate::stages::merge::Merge;
+use crate::stages::misjudge::Misjudge;
 use crate::stages::overlay::Overlay;
 use crate::stages::photograph::Photograph;
 use crate::stages::pose::Pose;
@@ -54,22 +57,32 @@ pub struct StudyNodes {
     pub overlays: Vec<NodeId>,
     /// Pictures of a slice, where the study asks for one.
     pub slices: Option<NodeId>,
-    /// The score, where the truth is known.
+    /// The score of the root voxels, where the truth is known.
     pub score: Option<NodeId>,
+    /// The score of the traced roots, where the truth is known.
+    pub roots_score: Option<NodeId>,
+    /// Errors of cameras and tank, where the capture was simulated.
+    pub camera_errors: Option<NodeId>,
 }
 
 impl StudyNodes {
     /// The nodes of the numbers: what a point of a sweep is compared by.
     pub fn numbers(&self) -> Vec<NodeId> {
-        [self.cameras, self.extract].into_iter().chain(self.slices).chain(self.score).collect()
+        let truth = self.score.into_iter().chain(self.camera_errors);
+        [self.cameras, self.extract].into_iter().chain(self.slices).chain(truth).collect()
+    }
+
+    /// The nodes of what is measured on traced roots.
+    pub fn measures(&self) -> impl Iterator<Item = NodeId> {
+        std::iter::once(self.traits).chain(self.roots_score)
     }
 
     /// All nodes that a run brings up to date.
     pub fn targets(&self) -> Vec<NodeId> {
-        let mut targets = vec![self.cameras, self.extract, self.traits, self.volume, self.labels];
+        let mut targets = self.numbers();
+        targets.extend(self.measures());
+        targets.extend([self.volume, self.labels]);
         targets.extend(&self.overlays);
-        targets.extend(self.slices);
-        targets.extend(self.score);
         targets
     }
 }
@@ -121,7 +134,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             let capture = graph.add(
                 "capture",
                 Capture {
-                    tank: s.tank.clone(),
+                    tank: s.true_tank.clone(),
                     growth: simulate.growth.clone(),
                     capture: simulate.capture.clone(),
                     seed: simulate.seed,
@@ -132,7 +145,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             let files: Vec<NodeId> = (0..simulate.capture.views)
                 .map(|view| {
                     let stage = Photograph {
-                        tank: s.tank.clone(),
+                        tank: s.true_tank.clone(),
                         capture: simulate.capture.clone(),
                         seed: simulate.seed,
                         view,
@@ -141,7 +154,11 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
                 })
                 .collect();
             let cameras = match s.cameras.source {
-                CameraSource::File => capture,
+                CameraSource::File if simulate.misjudge.is_none() => capture,
+                CameraSource::File => {
+                    let stage = Misjudge { params: simulate.misjudge, seed: simulate.seed };
+                    graph.add("misjudge", stage, &[("cameras", &[capture])])
+                }
                 CameraSource::Sfm => cameras_from_photographs(graph, s, &names, &files),
             };
             (names, files, cameras, Some(capture))
@@ -167,7 +184,9 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     let rootness = graph.add("rootness", rootness, &[("merged", &[merged])]);
     let ridges = graph.add("suppress", Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
     let extract = graph.add("extract", Extract { grid: s.grid, params: s.extract }, &[("ridges", &[ridges])]);
-    let traits = roots(graph, s, &files, &seen, [ridges, extract, rootness]);
+    let system = roots(graph, s, &files, &seen, [ridges, extract, rootness]);
+    let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
+    let traits = graph.add("traits", traits, &[("system", &[system])]);
     let overlays = seen
         .into_iter()
         .map(|(name, photo, camera)| {
@@ -182,22 +201,43 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     let labels = graph.add("labels", Labels { grid: s.grid }, &[("roots", &[extract])]);
     let slices = s.report.slice.map(|depth_mm| Slices::at(depth_mm, &s.grid)).transpose()?;
     let slices = slices.map(|stage| graph.add("slices", stage, &[("merged", &[merged]), ("rootness", &[rootness])]));
+    let params = ScoreParams {
+        z_min_mm: s.truth.z_min,
+        z_max_mm: s.truth.z_max.unwrap_or(s.grid.spacing_mm * s.grid.shape[0] as f64 - 2.0),
+        free_azimuth: s.cameras.source == CameraSource::Sfm,
+        ..ScoreParams::default()
+    };
     let score = truth.map(|truth| {
-        let stage = Evaluate {
-            tank: s.tank.clone(),
-            params: ScoreParams {
-                z_min_mm: s.truth.z_min,
-                z_max_mm: s.truth.z_max.unwrap_or(s.grid.spacing_mm * s.grid.shape[0] as f64 - 2.0),
-                free_azimuth: s.cameras.source == CameraSource::Sfm,
-                ..ScoreParams::default()
-            },
-        };
+        let stage = Evaluate { tank: s.true_tank.clone(), params: params.clone() };
         graph.add("evaluate", stage, &[("roots", &[extract]), ("truth", &[truth])])
     });
-    Ok(StudyNodes { photos, photo_nodes: files, cameras, extract, traits, volume, labels, overlays, slices, score })
+    let roots_score = truth.map(|truth| {
+        let stage = EvaluateRoots { tank: s.true_tank.clone(), params };
+        graph.add("evaluate-roots", stage, &[("system", &[system]), ("truth", &[truth])])
+    });
+    // Two cameras fix no frame.
+    let simulated = matches!(s.source, Source::Simulated(_)) && photos.len() > 2;
+    let camera_errors = truth.filter(|_| simulated).map(|truth| {
+        let stage = EvaluateCameras { true_tank: s.true_tank.clone(), tank: s.tank.clone() };
+        graph.add("evaluate-cameras", stage, &[("cameras", &[cameras]), ("truth", &[truth])])
+    });
+    Ok(StudyNodes {
+        photos,
+        photo_nodes: files,
+        cameras,
+        extract,
+        traits,
+        volume,
+        labels,
+        overlays,
+        slices,
+        score,
+        roots_score,
+        camera_errors,
+    })
 }
 
-/// From ridges to roots, their diameters, their traits.
+/// From ridges to roots and their diameters.
 fn roots(
     graph: &mut Graph,
     s: &Settings,
@@ -208,15 +248,13 @@ fn roots(
     let trace = Trace { grid: s.grid, sigma_mm: s.rootness.sigma.clone(), params: s.trace.clone() };
     let ports = [("ridges", &[ridges][..]), ("roots", &[extract]), ("rootness", &[rootness])];
     let traced = graph.add("trace", trace, &ports);
-    let measured = if s.diameters.enabled {
+    if s.diameters.enabled {
         let cameras: Vec<NodeId> = seen.iter().map(|v| v.2).collect();
         let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
         graph.add("diameters", diameters, &[("system", &[traced][..]), ("photos", photos), ("cameras", &cameras)])
     } else {
         traced
-    };
-    let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
-    graph.add("traits", traits, &[("system", &[measured])])
+    }
 }
 
 /// The cameras found in the photographs alone.  Paper 2.2.

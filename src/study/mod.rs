@@ -13,5 +13,6 @@ pub mod rerun;
 pub mod results;
 pub mod settings;
 pub mod sweep;
+pub mod sweep_curves;
 pub mod sweep_results;
 pub mod table;
