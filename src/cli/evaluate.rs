@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Evaluate {
-    /// A results folder, or a CSV table with x_mm, y_mm, z_mm (with root_id: polylines).
+    /// A results folder, or a CSV table with x_mm, y_mm, z_mm (with root_id: polylines; `roots.csv` of a result: roots).
     result: PathBuf,
     /// Folder with roots.json and tank.json.
     truth: PathBuf,
@@ -65,6 +65,7 @@ impl Evaluate {
         let found = match &points {
             Points::Bare(points) => Found::Points(points),
             Points::Lines(lines) => Found::Lines(lines),
+            Points::Roots(roots) => Found::Roots(roots),
         };
         let score = score(&roots, &tank, found, &params)?;
         let detail = detail(&roots, &tank, found, &params, score.turned_deg)?;
@@ -77,6 +78,12 @@ impl Evaluate {
         println!("{}", table(&score));
         if let Some(d) = detail.hausdorff95_mm {
             println!("95 % of all distances are within {d:.2} mm");
+        }
+        for (name, ends) in [("tips", detail.tips), ("branch points", detail.branch_points)] {
+            if let Some(m) = ends {
+                let (true_ends, found) = (m.truth, m.found);
+                println!("{name}: {true_ends} true, {found} found, {} within 2 mm of each other", m.matched);
+            }
         }
         if let Some(c) = cameras {
             println!(

@@ -1,16 +1,14 @@
-//! Writes the extracted roots as the label image of the OME-Zarr: each connected piece has its number,
-//! from 1; 0 is water.
-//! In: roots. Out: labels (folder).
+//! Writes the roots as the label image of the OME-Zarr: the tube of each root has its number plus one; 0 is water.
+//! In: system. Out: labels (folder).
 
-use super::extract;
 use super::volume::Shown;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::ome_zarr;
+use crate::roots::{RootSystem, paint};
 use crate::store;
 use crate::volume::Grid;
 use crate::volume::pyramid::halve_labels;
-use ndarray::Array3;
 use serde::Serialize;
 
 /// The label image.
@@ -22,21 +20,16 @@ pub struct Labels {
 
 impl Stage for Labels {
     const NAME: &'static str = "labels";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn peak_bytes(&self) -> u64 {
-        self.grid.len() as u64 * 5
+        self.grid.len() as u64 * 9
     }
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let Shown { finest, skipped, levels } = Shown::new(&self.grid);
-        let mut labels = Array3::<u32>::zeros(self.grid.shape);
-        let flat = labels.as_slice_mut().ok_or_else(|| Error::failed("labels are not contiguous"))?;
-        for root in extract::read(inputs.one("roots")?)? {
-            if let Some(label) = flat.get_mut(root.index as usize) {
-                *label = root.component + 1;
-            }
-        }
+        let system: RootSystem = inputs.one("system")?.json("system.json")?;
+        let mut labels = paint::labels(&system.plain(), &self.grid);
         for _ in 0..skipped {
             labels = halve_labels(labels.view());
         }

@@ -8,9 +8,9 @@ use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::optics::Tank;
 use crate::photo::contrast::ContrastParams;
-use crate::roots::TraceParams;
 use crate::roots::diameter::DiameterParams;
 use crate::roots::traits::TraitParams;
+use crate::roots::{HierarchyParams, TraceParams};
 use crate::simulation::{CaptureParams, GrowthParams};
 use crate::stages::sfm::SfmParams;
 use crate::volume::Grid;
@@ -101,6 +101,8 @@ pub struct Settings {
     pub trace: TraceParams,
     /// `[diameters]`.
     pub diameters: DiameterParams,
+    /// `[hierarchy]`.
+    pub hierarchy: HierarchyParams,
     /// `[traits]`.
     pub traits: TraitParams,
     /// `[overlay]`.
@@ -150,6 +152,7 @@ const SECTIONS: &[&str] = &[
     "extract",
     "trace",
     "diameters",
+    "hierarchy",
     "traits",
     "overlay",
     "report",
@@ -194,6 +197,7 @@ impl Settings {
         let extract: Hysteresis = file.section("extract");
         let trace: TraceParams = file.section("trace");
         let diameters: DiameterParams = file.section("diameters");
+        let hierarchy: HierarchyParams = file.section("hierarchy");
         let traits: TraitParams = file.section("traits");
         let overlay: OverlaySection = file.section("overlay");
         let report: ReportSection = file.section("report");
@@ -240,6 +244,7 @@ impl Settings {
             extract,
             trace,
             diameters,
+            hierarchy,
             traits,
             overlay,
             report,
