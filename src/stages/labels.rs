@@ -1,8 +1,8 @@
 //! Writes the roots as the label image of the OME-Zarr: the tube of each root has its number plus one; 0 is water.
 //! In: system. Out: labels (folder).
 
-use super::volume::Shown;
 use super::slabs;
+use super::volume::Shown;
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::ome_zarr;
