@@ -205,8 +205,14 @@ impl Settings {
         let overlay: OverlaySection = file.section("overlay");
         let report: ReportSection = file.section("report");
         let truth: Truth = file.section("truth");
-        for checked in [render.check(), contrast.check(), merge.check(), extract.check(), rootness.check(grid.spacing)]
-        {
+        for checked in [
+            render.check(),
+            contrast.check(),
+            merge.check(),
+            extract.check(),
+            rootness.check(grid.spacing),
+            simulate.misjudge.check(),
+        ] {
             if let Err(e) = checked {
                 file.refuse(e);
             }

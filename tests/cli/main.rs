@@ -5,4 +5,5 @@ mod capture;
 mod kill;
 mod reruns;
 mod runs;
+mod simulation;
 mod sweeps;
