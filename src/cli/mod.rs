@@ -9,6 +9,7 @@ mod cancel;
 pub mod complaint;
 mod doctor;
 mod evaluate;
+mod explain;
 mod export;
 mod options;
 mod progress;
@@ -19,6 +20,7 @@ mod score_table;
 mod simulate;
 mod status;
 mod trace;
+mod verify;
 mod watch;
 mod why;
 

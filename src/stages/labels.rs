@@ -2,15 +2,15 @@
 //! from 1; 0 is water.
 //! In: roots. Out: labels (folder).
 
-use super::extract;
 use super::volume::Shown;
+use super::{extract, slabs};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::ome_zarr;
 use crate::store;
 use crate::volume::Grid;
 use crate::volume::pyramid::halve_labels;
-use ndarray::Array3;
+use ndarray::{Array3, Axis};
 use serde::Serialize;
 
 /// The label image.
@@ -25,21 +25,31 @@ impl Stage for Labels {
     const VERSION: u32 = 1;
 
     fn peak_bytes(&self) -> u64 {
-        self.grid.len() as u64 * 5
+        // The finest level, its slabs, and a shard.
+        Shown::new(&self.grid).finest.len() as u64 * 9 + (128 << 20)
     }
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let Shown { finest, skipped, levels } = Shown::new(&self.grid);
-        let mut labels = Array3::<u32>::zeros(self.grid.shape);
-        let flat = labels.as_slice_mut().ok_or_else(|| Error::failed("labels are not contiguous"))?;
-        for root in extract::read(inputs.one("roots")?)? {
-            if let Some(label) = flat.get_mut(root.index as usize) {
-                *label = root.component + 1;
-            }
-        }
-        for _ in 0..skipped {
-            labels = halve_labels(labels.view());
-        }
+        let roots = extract::read(inputs.one("roots")?)?;
+        let [depth, rows, columns] = self.grid.shape;
+        let plane = rows * columns;
+        // Slabs are 16 planes deep: up to four halvings never mix two slabs.
+        let parts: Vec<Array3<u32>> = slabs(depth, 0, 0)
+            .map(|(planes, _)| {
+                let mut slab = Array3::<u32>::zeros((planes.len(), rows, columns));
+                let first = roots.partition_point(|r| (r.index as usize) < planes.start * plane);
+                for root in roots[first..].iter().take_while(|r| (r.index as usize) < planes.end * plane) {
+                    let at = root.index as usize - planes.start * plane;
+                    slab[[at / plane, at / columns % rows, at % columns]] = root.component + 1;
+                }
+                (0..skipped).fold(slab, |fine, _| halve_labels(fine.view()))
+            })
+            .collect();
+        let views: Vec<_> = parts.iter().map(|part| part.view()).collect();
+        let mut labels = ndarray::concatenate(Axis(0), &views)
+            .map_err(|e| Error::failed(format!("slabs do not fit together: {e}")))?;
+        drop(parts);
         let group = output.folder("labels")?;
         store::write_group(&group, &ome_zarr::labels(&["roots"]))?;
         let image = group.join("roots");

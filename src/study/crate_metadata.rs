@@ -36,6 +36,17 @@ const KNOWN: &[(&str, &str, &str)] = &[
     ("study.lock", "application/json", "Every parameter, version and digest; `rootvox rerun` repeats it"),
 ];
 
+/// Name of the file.
+pub const NAME: &str = "ro-crate-metadata.json";
+
+/// The files and folders that a page of metadata names; `None` where it is no such page.
+pub fn parts(page: &[u8]) -> Option<Vec<String>> {
+    let page: Value = serde_json::from_slice(page).ok()?;
+    let root = page["@graph"].as_array()?.iter().find(|entity| entity["@id"] == "./")?;
+    let parts = root["hasPart"].as_array()?.iter();
+    parts.map(|part| Some(part["@id"].as_str()?.to_owned())).collect()
+}
+
 /// The metadata of a results folder that holds `entries`; `made` is when its main node was computed (RFC 3339).
 ///
 /// # Errors
@@ -59,7 +70,7 @@ pub fn text(lock: &Lock, entries: &[(String, bool)], made: &str) -> Result<Strin
         })
         .collect();
     let mut graph = vec![
-        json!({ "@id": "ro-crate-metadata.json", "@type": "CreativeWork", "about": { "@id": "./" },
+        json!({ "@id": NAME, "@type": "CreativeWork", "about": { "@id": "./" },
             "conformsTo": { "@id": "https://w3id.org/ro/crate/1.1" } }),
         json!({ "@id": "./", "@type": "Dataset", "name": format!("Root system `{}`", lock.study),
             "description": "3D root system reconstructed from photographs of a plant in a water-filled cylinder",

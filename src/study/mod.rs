@@ -6,6 +6,7 @@ pub mod document;
 pub mod folder;
 pub mod graph;
 pub mod inputs;
+mod kept;
 pub mod lock;
 pub mod render;
 pub mod rerun;

@@ -26,6 +26,9 @@ const ROOT_FILES: [&str; 9] = [
     "roots.swc",
 ];
 
+/// Warnings of one stage that the page shows.
+const MOST_WARNINGS: usize = 3;
+
 /// Brings `results_dir/<name>` up to date and tells whether it had to be written.
 ///
 /// # Errors
@@ -102,10 +105,18 @@ fn page(settings: &Settings, graph: &Graph, nodes: &StudyNodes, report: &Report)
         extract::read(&report.artefact(nodes.extract)?)?.iter().map(|r| (r.point_mm, r.component)).collect();
     let score = nodes.score.map(|n| report.artefact(n)?.json("score")).transpose()?;
     let (mut parameters, mut warnings) = (BTreeMap::new(), Vec::new());
+    let mut warned: BTreeMap<&str, usize> = BTreeMap::new();
     for node in graph.nodes() {
         let Some(manifest) = report.manifest(node) else { continue };
-        warnings.extend(manifest.warnings.iter().map(|w| format!("{}: {w}", graph.label(node))));
+        let count = warned.entry(graph.stage(node).unwrap_or_default()).or_default();
+        // What every photograph warns of alike is said for the first ones.
+        let shown = manifest.warnings.len().min(MOST_WARNINGS.saturating_sub(*count));
+        warnings.extend(manifest.warnings[..shown].iter().map(|w| format!("{}: {w}", graph.label(node))));
+        *count += manifest.warnings.len();
         parameters.entry(manifest.stage.clone()).or_insert_with(|| format!("{:#}", manifest.params));
+    }
+    for (stage, count) in warned.into_iter().filter(|&(_, count)| count > MOST_WARNINGS) {
+        warnings.push(format!("{stage}: {} more warnings of this kind", count - MOST_WARNINGS));
     }
     let overlays: Vec<String> = nodes.photos.iter().map(|p| overlay_path(p)).collect();
     Ok(Page {

@@ -46,6 +46,16 @@ pub struct OverlaySection {
     pub mark_radius: f64,
 }
 
+impl OverlaySection {
+    /// Refuses a mark that is none.
+    fn check(&self) -> Result<()> {
+        if (0.0..=100.0).contains(&self.mark_radius) {
+            return Ok(());
+        }
+        Err(Error::usage(format!("overlay.mark_radius is {}", self.mark_radius)).help("give 0 to 100 px"))
+    }
+}
+
 impl Default for OverlaySection {
     fn default() -> Self {
         Self { mark_radius: 1.0 }
@@ -205,14 +215,16 @@ impl Settings {
         let overlay: OverlaySection = file.section("overlay");
         let report: ReportSection = file.section("report");
         let truth: Truth = file.section("truth");
-        for checked in [
+        let simulated_as = [simulate.growth.check(), simulate.capture.check(), simulate.misjudge.check()];
+        let checks = [
             render.check(),
             contrast.check(),
             merge.check(),
             extract.check(),
             rootness.check(grid.spacing),
-            simulate.misjudge.check(),
-        ] {
+            overlay.check(),
+        ];
+        for checked in checks.into_iter().chain(simulated_as.into_iter().filter(|_| simulated)) {
             if let Err(e) = checked {
                 file.refuse(e);
             }
