@@ -62,7 +62,9 @@ fn a_wrong_tank_and_wrong_cameras_are_measured() {
     let errors = |set: &[&str]| -> f64 {
         let mut command = rootvox();
         command.current_dir(folder.path()).args(["run", "study.toml"]);
-        set.iter().for_each(|s| drop(command.args(["--set", s])));
+        for value in set {
+            command.args(["--set", value]);
+        }
         command.assert().success();
         let text = fs::read_to_string(folder.path().join("results/tiny/camera_errors.json")).expect("is there");
         let errors: serde_json::Value = serde_json::from_str(&text).expect("JSON");
