@@ -157,9 +157,32 @@ pub fn depth_profile(layers: &[Layer]) -> Result<Vec<u8>> {
 /// # Errors
 /// As `csv`.
 pub fn trait_spread(rows: &[Spread]) -> Result<Vec<u8>> {
-    let row =
-        |s: &Spread| (s.name.clone(), s.count, finite(s.mean), finite(s.sd), finite(s.low_2_5), finite(s.high_97_5));
-    csv(&["trait", "count", "mean", "sd", "quantile_2.5", "quantile_97.5"], rows.iter().map(row))
+    let row = |s: &Spread| {
+        let numbers = [s.mean, s.sd, s.low_2_5, s.high_97_5].map(finite);
+        (s.name.clone(), finite(s.value), s.count, numbers)
+    };
+    csv(&["trait", "value", "draws", "mean", "sd", "quantile_2.5", "quantile_97.5"], rows.iter().map(row))
+}
+
+/// The rows of a `traits.csv`; an empty value is NaN.
+///
+/// # Errors
+/// Where the table is not of that form.
+pub fn read_traits(bytes: &[u8]) -> Result<Vec<Trait>> {
+    let fault = |why: &dyn std::fmt::Display| Error::failed(format!("traits.csv: {why}"));
+    let mut reader = csv::Reader::from_reader(bytes);
+    reader
+        .records()
+        .map(|row| {
+            let row = row.map_err(|e| fault(&e))?;
+            let cell = row.get(1).unwrap_or_default();
+            let value = if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() };
+            Ok(Trait {
+                name: row.get(0).unwrap_or_default().to_owned(),
+                value: value.map_err(|e| fault(&format!("`{cell}`: {e}")))?,
+            })
+        })
+        .collect()
 }
 
 /// An empty cell instead of NaN or infinity.

@@ -10,14 +10,17 @@ pub mod paint;
 pub mod repair;
 pub mod ridge;
 pub mod strand;
+pub mod system;
 pub mod tie;
 pub mod trace;
 pub mod traits;
 pub mod tube;
 
+pub use hierarchy::{HierarchyParams, arrange};
 pub use repair::Repair;
 pub use ridge::{Field, RidgePoint};
-pub use trace::{RootSystem, TraceParams, TracedRoot, trace};
+pub use system::{RootSystem, TracedRoot};
+pub use trace::{Pieces, TraceParams, trace};
 
 use serde::{Deserialize, Serialize};
 

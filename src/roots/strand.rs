@@ -3,6 +3,7 @@
 use super::curve;
 use super::ridge::RidgePoint;
 use crate::optics::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// x, y, z (mm), rootness, scale σ (mm).
 pub type Knot = [f64; 5];
@@ -17,7 +18,8 @@ pub struct Strand {
 }
 
 /// An end of a strand: its first knot or its last.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum End {
     /// The first knot.
     First,

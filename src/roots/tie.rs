@@ -3,7 +3,8 @@
 //! A tie leads from an end to a knot of another strand. Its gap is measured from the surface of that
 //! strand (its radius is taken off), because a root's own light hides the base of its laterals. Ties longer
 //! than a link must leave the end within `angle_deg`. The cost is
-//! `gap (1 + 2 (1 − cos α)) (2 − support)`, support as for bridges; per end and other strand the cheapest knot counts.
+//! `(gap + distance / 10) (1 + 2 (1 − cos α)) (2 − support)`, support as for bridges (1 for a link's length); the
+//! distance to the axis orders the knots within the surface. Per end and other strand the cheapest knot counts.
 
 use super::bridge::Workshop;
 use super::strand::{End, Strand};
@@ -30,7 +31,7 @@ impl Default for TieParams {
 }
 
 /// A possible tie.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tie {
     /// The strand that springs.
     pub strand: usize,
@@ -40,13 +41,23 @@ pub struct Tie {
     pub onto: usize,
     /// The knot it springs from.
     pub knot: usize,
-    /// Distance from the end to the other's surface, mm, ≥ 0.
-    pub gap_mm: f64,
-    /// Smaller is likelier, mm.
-    pub cost: f64,
+    /// Distance from the end to the other's axis, mm.
+    pub distance_mm: f64,
+    /// Cosine of the angle between the strand's way out and the way to the knot.
+    pub cosine: f64,
+    /// Share of the gap that shows rootness, 0 to 1.
+    pub support: f64,
 }
 
-/// Every tie that `params` allow, by rising cost.
+impl Tie {
+    /// Smaller is likelier, mm; `radius_mm` is the other strand's at the knot.
+    pub fn cost(&self, radius_mm: f64) -> f64 {
+        let gap = (self.distance_mm - radius_mm).max(0.0);
+        (gap + 0.1 * self.distance_mm) * (1.0 + 2.0 * (1.0 - self.cosine)) * (2.0 - self.support)
+    }
+}
+
+/// Every tie that `params` allow, by strand, end and other strand.
 pub fn ties(strands: &[Strand], workshop: &Workshop<'_>, params: &TieParams) -> Vec<Tie> {
     let slanted = params.angle_deg.to_radians().cos();
     let mut all = Vec::new();
@@ -56,35 +67,34 @@ pub fn ties(strands: &[Strand], workshop: &Workshop<'_>, params: &TieParams) -> 
             let outward = strand.outward(end, params.baseline_mm);
             let level = params.support * strand.mean(3);
             for (o, onto) in strands.iter().enumerate().filter(|&(o, _)| o != s) {
-                let mut best: Option<Tie> = None;
-                for k in 0..onto.knots.len() {
-                    let way = onto.at(k) - from;
-                    let distance = way.norm();
-                    let gap = (distance - onto.radius_mm(k)).max(0.0);
+                let mut best: Option<(f64, Tie)> = None;
+                for knot in 0..onto.knots.len() {
+                    let way = onto.at(knot) - from;
+                    let distance_mm = way.norm();
+                    let gap = distance_mm - onto.radius_mm(knot);
                     if gap > params.gap_mm {
                         continue;
                     }
-                    let cos = if distance > 1e-9 { outward.dot(&way) / distance } else { 1.0 };
-                    if gap > workshop.link_mm && cos < slanted {
+                    let cosine = if distance_mm > 1e-9 { outward.dot(&way) / distance_mm } else { 1.0 };
+                    if gap > workshop.link_mm && cosine < slanted {
                         continue;
                     }
-                    // The axis distance orders the knots within the surface.
-                    let cost = (gap + 0.1 * distance) * (1.0 + 2.0 * (1.0 - cos));
-                    if best.is_none_or(|b| cost < b.cost) {
-                        best = Some(Tie { strand: s, end, onto: o, knot: k, gap_mm: gap, cost });
+                    let tie = Tie { strand: s, end, onto: o, knot, distance_mm, cosine, support: 1.0 };
+                    let cost = tie.cost(onto.radius_mm(knot));
+                    if best.is_none_or(|b| cost < b.0) {
+                        best = Some((cost, tie));
                     }
                 }
-                if let Some(mut tie) = best {
-                    if tie.gap_mm > workshop.link_mm {
-                        let to = onto.at(tie.knot);
+                if let Some((_, mut tie)) = best {
+                    let to = onto.at(tie.knot);
+                    if tie.distance_mm - onto.radius_mm(tie.knot) > workshop.link_mm {
                         let straight = (to - from).normalize();
-                        tie.cost *= 2.0 - workshop.support(&from, &straight, &to, &-straight, level);
+                        tie.support = workshop.support(&from, &straight, &to, &-straight, level);
                     }
                     all.push(tie);
                 }
             }
         }
     }
-    all.sort_by(|a, b| a.cost.total_cmp(&b.cost).then((a.strand, a.end, a.onto).cmp(&(b.strand, b.end, b.onto))));
     all
 }

@@ -1,17 +1,19 @@
-//! From ridge points to roots.
+//! From ridge points to pieces of roots.
 //!
-//! Link ([`super::link`]), take doubles away, bridge gaps ([`super::bridge`]), leave out specks, place
-//! ([`super::hierarchy`]), prune spurs, give out numbers. Every change against the bare ridge is in the log.
+//! Link ([`super::link`]), take doubles away, bridge gaps ([`super::bridge`]); then note how the pieces may hang
+//! together: ties from ends onto other pieces ([`super::tie`]), and ends that run out of sight upwards. Which
+//! of these hold is decided once thicknesses are known ([`super::hierarchy`]). Every change against the bare ridge is in the log.
 
-use super::bridge::{BridgeParams, Workshop, bridge, cubic, drop_doubles};
-use super::hierarchy::{Place, place};
+use super::bridge::{BridgeParams, Workshop, bridge, drop_doubles};
 use super::link::{LinkParams, link};
-use super::repair::{Kind, Repair};
+use super::repair::Repair;
 use super::ridge::{Field, RidgePoint};
-use super::strand::{End, Knot, Strand};
-use super::tie::TieParams;
+use super::strand::{End, Strand};
+use super::system::TracedRoot;
+use super::tie::{Tie, TieParams, ties};
 use super::{Root, curve};
 use crate::error::{Error, Result};
+use crate::optics::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// How the tracing decides.
@@ -30,10 +32,6 @@ pub struct TraceParams {
     pub tie: TieParams,
     /// A piece that runs closer to a longer one than this is its double, in voxels, 0 to 5.
     pub double: f64,
-    /// Shortest piece that hangs on nothing, mm.
-    pub speck_mm: f64,
-    /// Shortest lateral beyond its parent's surface, in radii of the parent, 0 to 20.
-    pub spur_radii: f64,
 }
 
 impl Default for TraceParams {
@@ -45,46 +43,45 @@ impl Default for TraceParams {
             bridge: BridgeParams::default(),
             tie: TieParams::default(),
             double: 1.5,
-            speck_mm: 6.0,
-            spur_radii: 3.0,
         }
     }
 }
 
-/// A root with what is known of its points beyond place and radius.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TracedRoot {
-    /// The root.
-    pub root: Root,
-    /// Standard deviation of each radius, mm.
-    pub radius_sd_mm: Vec<f64>,
-    /// Photographs that each radius was measured in; 0 where it stands on the scale of the ridge alone.
-    pub views: Vec<u32>,
-    /// How well each point is supported, 0 to 1: its rootness against the median of the system's.
-    pub confidence: Vec<f64>,
+/// An end that runs out of sight upwards.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OutOfSight {
+    /// Index of the piece.
+    pub piece: usize,
+    /// Its end.
+    pub end: End,
+    /// Straight way to the hidden zone, mm.
+    pub way_mm: f64,
 }
 
-/// A root system and how it came about.
+/// Pieces of roots and how they may hang together.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct RootSystem {
-    /// The roots; a parent stands before its laterals.
-    pub roots: Vec<TracedRoot>,
+pub struct Pieces {
+    /// Spacing of the centrelines' points, mm.
+    pub step_mm: f64,
+    /// Waves shorter than this are noise, mm.
+    pub smooth_mm: f64,
+    /// Longest link between neighbouring ridge points, mm: what is closer touches.
+    pub link_mm: f64,
+    /// The pieces; numbers, parents and orders are not given yet.
+    pub pieces: Vec<TracedRoot>,
+    /// Where ends may spring from other pieces.
+    pub ties: Vec<Tie>,
+    /// Ends that run out of sight upwards.
+    pub out_of_sight: Vec<OutOfSight>,
     /// Every change against the bare ridge.
     pub repairs: Vec<Repair>,
 }
 
-impl RootSystem {
-    /// The roots alone.
-    pub fn plain(&self) -> Vec<Root> {
-        self.roots.iter().map(|r| r.root.clone()).collect()
-    }
-}
-
-/// Traces the roots.
+/// Traces the pieces.
 ///
 /// # Errors
 /// Where the field's shape is not its grid's, or a length of the parameters is not positive.
-pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> Result<RootSystem> {
+pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> Result<Pieces> {
     if field.rootness.shape() != field.grid.shape {
         return Err(Error::failed(format!(
             "tracing: rootness of shape {:?} on a grid of shape {:?}",
@@ -107,131 +104,84 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
         wavelength_mm: params.smooth_mm,
         link_mm: params.link.reach * spacing,
     };
-    let mut log = Vec::new();
+    let mut repairs = Vec::new();
     let strands: Vec<Strand> = link(&strong, spacing, &params.link)
         .into_iter()
         .filter(|chain| chain.len() > 2)
         .map(|chain| workshop.strand(chain))
         .filter(|s| s.knots.len() > 1)
         .collect();
-    let strands = drop_doubles(strands, &workshop, params.double * spacing, &mut log);
-    let strands = bridge(strands, &workshop, &params.bridge, &mut log);
-    let strands = drop_doubles(strands, &workshop, params.double * spacing, &mut log);
-    let (strands, places) = place(strands, &workshop, &params.tie, &mut log);
-    let keep = prune(&strands, &places, params, &mut log);
-    Ok(RootSystem { roots: number(&strands, &places, &keep, field, params), repairs: log })
+    let strands = drop_doubles(strands, &workshop, params.double * spacing, &mut repairs);
+    let strands = bridge(strands, &workshop, &params.bridge, &mut repairs);
+    let strands = drop_doubles(strands, &workshop, params.double * spacing, &mut repairs);
+    let out_of_sight = |(piece, strand): (usize, &Strand)| {
+        runs_out_of_sight(strand, &workshop, &params.tie).map(|(end, way_mm)| OutOfSight { piece, end, way_mm })
+    };
+    Ok(Pieces {
+        step_mm: params.step_mm,
+        smooth_mm: params.smooth_mm,
+        link_mm: workshop.link_mm,
+        pieces: pieces(&strands),
+        ties: ties(&strands, &workshop, &params.tie),
+        out_of_sight: strands.iter().enumerate().filter_map(out_of_sight).collect(),
+        repairs,
+    })
 }
 
-/// Which strands stay: no specks, no spurs.
-fn prune(strands: &[Strand], places: &[Option<Place>], params: &TraceParams, log: &mut Vec<Repair>) -> Vec<bool> {
-    let mut keep = vec![true; strands.len()];
-    let mut out = |s: usize, reason: String| {
-        keep[s] = false;
-        let strand = &strands[s];
-        log.push(Repair::new(Kind::Pruned, &strand.at(strand.knots.len() / 2), strand.length_mm(), reason));
-    };
-    for (s, strand) in strands.iter().enumerate() {
-        let length = strand.length_mm();
-        match places[s] {
-            None if length < params.speck_mm => {
-                out(s, format!("hangs on nothing and is shorter than {} mm", params.speck_mm));
-            }
-            Some(Place { parent: Some((parent, knot)), base, tied: true, .. }) => {
-                let radius = strands[parent].radius_mm(knot);
-                let tip = strand.at(strand.end(base.other()));
-                let beyond = (length.min(strands[parent].nearest(&tip).1) - radius).max(0.0);
-                let carries = places.iter().flatten().any(|p| p.parent.is_some_and(|(o, _)| o == s));
-                if beyond < params.spur_radii * radius && !carries {
-                    out(
-                        s,
-                        format!(
-                            "a spur: {beyond:.1} mm beyond its parent's surface, under {} radii of {radius:.2} mm",
-                            params.spur_radii
-                        ),
-                    );
-                }
-            }
-            _ => {}
-        }
-    }
-    keep
-}
-
-/// Orients the strands, draws their ties and gives them numbers: by order, parents first, then from the
-/// parent's base to its tip.
-fn number(
-    strands: &[Strand],
-    places: &[Option<Place>],
-    keep: &[bool],
-    field: &Field<'_>,
-    params: &TraceParams,
-) -> Vec<TracedRoot> {
-    let from_base = |s: usize, knot: usize| match places[s] {
-        Some(Place { base: End::Last, .. }) => strands[s].knots.len() - 1 - knot,
-        _ => knot,
-    };
-    let mut typical: Vec<f64> =
-        (0..strands.len()).filter(|&s| keep[s]).flat_map(|s| strands[s].knots.iter().map(|k| k[3])).collect();
+/// The strands as pieces with the radii of their scales.
+fn pieces(strands: &[Strand]) -> Vec<TracedRoot> {
+    let mut typical: Vec<f64> = strands.iter().flat_map(|s| s.knots.iter().map(|k| k[3])).collect();
     typical.sort_by(f64::total_cmp);
     let typical = typical.get(typical.len() / 2).copied().unwrap_or(1.0).max(1e-12);
-    let mut order: Vec<usize> = (0..strands.len()).filter(|&s| keep[s]).collect();
-    let mut ids = vec![-1_i64; strands.len()];
-    let mut roots = Vec::new();
-    let depth = |s: usize| places[s].map_or(u32::MAX, |p| p.order);
-    // Parents get their numbers before their laterals ask for them, order by order.
-    order.sort_by_key(|&s| (depth(s), s));
-    let mut from = 0;
-    while from < order.len() {
-        let rank = depth(order[from]);
-        let to = from + order[from..].iter().take_while(|&&s| depth(s) == rank).count();
-        let ids_now = ids.clone();
-        order[from..to].sort_by_key(|&s| {
-            let parent = places[s].and_then(|p| p.parent);
-            (parent.map_or(-1, |(p, _)| ids_now[p]), parent.map_or(0, |(p, k)| from_base(p, k)), s)
-        });
-        for &s in &order[from..to] {
-            ids[s] = roots.len() as i64;
-            let parent = places[s].and_then(|p| p.parent).map_or(-1, |(p, _)| ids[p]);
-            let knots = drawn(s, strands, places, field, params);
-            roots.push(TracedRoot {
-                root: Root {
-                    id: ids[s],
-                    parent,
-                    order: places[s].map_or(1, |p| p.order),
-                    points_mm: knots.iter().map(|k| [k[0], k[1], k[2]]).collect(),
-                    radii_mm: knots.iter().map(|k| std::f64::consts::SQRT_2 * k[4]).collect(),
-                },
-                // The response is flat about its best scale: half the radius is what it leaves open.
-                radius_sd_mm: knots.iter().map(|k| 0.5 * std::f64::consts::SQRT_2 * k[4]).collect(),
-                views: vec![0; knots.len()],
-                confidence: knots.iter().map(|k| (k[3] / typical).clamp(0.0, 1.0)).collect(),
-            });
+    let piece = |(n, strand): (usize, &Strand)| {
+        let radii_mm: Vec<f64> = (0..strand.knots.len()).map(|k| strand.radius_mm(k)).collect();
+        TracedRoot {
+            // The response is flat about its best scale: half the radius is what it leaves open.
+            radius_sd_mm: radii_mm.iter().map(|r| 0.5 * r).collect(),
+            views: vec![0; radii_mm.len()],
+            confidence: strand.knots.iter().map(|k| (k[3] / typical).clamp(0.0, 1.0)).collect(),
+            root: Root {
+                id: n as i64,
+                parent: -1,
+                order: 0,
+                points_mm: strand.knots.iter().map(|k| curve::position(k).into()).collect(),
+                radii_mm,
+            },
         }
-        from = to;
-    }
-    roots
+    };
+    strands.iter().enumerate().map(piece).collect()
 }
 
-/// The knots from base to tip, led on to the parent's centreline where the tie is visible.
-fn drawn(s: usize, strands: &[Strand], places: &[Option<Place>], field: &Field<'_>, params: &TraceParams) -> Vec<Knot> {
-    let mut knots = strands[s].knots.clone();
-    let Some(place) = places[s] else { return knots };
-    if place.base == End::Last {
-        knots.reverse();
+/// The end that leaves the seen water upwards, and how far away, mm.
+fn runs_out_of_sight(strand: &Strand, workshop: &Workshop<'_>, params: &TieParams) -> Option<(End, f64)> {
+    let field = workshop.field;
+    let step = 0.5 * field.grid.spacing_mm;
+    let (nz, ny, nx) = field.rootness.dim();
+    let low = field.grid.point_mm(0.0, 0.0, 0.0);
+    let high = field.grid.point_mm(nz as f64 - 1.0, ny as f64 - 1.0, nx as f64 - 1.0);
+    let middle = 0.5 * (low + high);
+    // Near the wall a root leaves the seen water sideways: that says nothing of the crown.
+    let reach = 0.5 * (high.x - low.x) - params.baseline_mm;
+    let mut best: Option<(End, f64)> = None;
+    for end in End::BOTH {
+        let from = strand.at(strand.end(end));
+        let outward = strand.outward(end, params.baseline_mm);
+        if outward.z > 0.3 || from.z > middle.z || strand.at(strand.end(end.other())).z < from.z {
+            continue;
+        }
+        for k in 0..=(params.gap_mm / step) as usize {
+            let way = k as f64 * step;
+            let p: Vec3 = from + outward * way;
+            if (p.x - middle.x).hypot(p.y - middle.y) > reach {
+                break;
+            }
+            if field.at(&p).is_nan() {
+                if best.is_none_or(|b| way < b.1) {
+                    best = Some((end, way));
+                }
+                break;
+            }
+        }
     }
-    if let (Some((parent, knot)), true) = (place.parent, place.tied) {
-        let (from, to) = (strands[parent].at(knot), curve::position(&knots[0]));
-        let gap = (to - from).norm();
-        let inward = -strands[s].outward(place.base, params.tie.baseline_mm);
-        let n = (gap / params.step_mm).round().max(1.0) as usize;
-        let sigma = knots[0][4];
-        let lead = (0..n).map(|k| {
-            let straight = to - from;
-            let p = cubic(&from, &straight, &to, &(inward * gap), k as f64 / n as f64);
-            let rootness = field.at(&p);
-            [p.x, p.y, p.z, if rootness.is_finite() { rootness } else { 0.0 }, sigma]
-        });
-        knots = lead.chain(knots.iter().copied()).collect();
-    }
-    knots
+    best
 }

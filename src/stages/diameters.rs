@@ -1,11 +1,11 @@
 //! Measures the roots' diameters in the photographs as taken, and moves the centrelines to where they show the roots.
-//! In: system (traced), photos (files) and cameras, each in the same order. Out: system.json.
+//! In: pieces, photos (files) and cameras, each in the same order. Out: pieces.json.
 
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::optics::{Tank, View, ViewMap};
 use crate::photo;
-use crate::roots::RootSystem;
+use crate::roots::Pieces;
 use crate::roots::diameter::profile::Sight;
 use crate::roots::diameter::{DiameterParams, measure};
 use rayon::prelude::*;
@@ -23,7 +23,7 @@ pub struct Diameters {
 
 impl Stage for Diameters {
     const NAME: &'static str = "diameters";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn peak_bytes(&self) -> u64 {
         // All photographs in linear light, and which roots cover which pixels.
@@ -31,7 +31,7 @@ impl Stage for Diameters {
     }
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
-        let mut system: RootSystem = inputs.one("system")?.json("system.json")?;
+        let mut pieces: Pieces = inputs.one("pieces")?.json("pieces.json")?;
         let (photos, cameras) = (inputs.many("photos"), inputs.many("cameras"));
         if photos.len() != cameras.len() {
             return Err(Error::failed(format!("{} photographs for {} cameras", photos.len(), cameras.len())));
@@ -51,8 +51,8 @@ impl Stage for Diameters {
             .collect::<Result<_>>()?;
         progress.advance(1);
         progress.check()?;
-        measure(&mut system.roots, &sights, &self.params)?;
+        measure(&mut pieces.pieces, &sights, &self.params)?;
         progress.advance(1);
-        output.json("system.json", &system)
+        output.json("pieces.json", &pieces)
     }
 }

@@ -1,12 +1,12 @@
-//! Writes the extracted roots as the label image of the OME-Zarr: each connected piece has its number,
-//! from 1; 0 is water.
-//! In: roots. Out: labels (folder).
+//! Writes the roots as the label image of the OME-Zarr: the tube of each root has its number plus one; 0 is water.
+//! In: system. Out: labels (folder).
 
 use super::volume::Shown;
-use super::{extract, slabs};
+use super::slabs;
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::ome_zarr;
+use crate::roots::{RootSystem, paint};
 use crate::store;
 use crate::volume::Grid;
 use crate::volume::pyramid::halve_labels;
@@ -22,28 +22,28 @@ pub struct Labels {
 
 impl Stage for Labels {
     const NAME: &'static str = "labels";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn peak_bytes(&self) -> u64 {
-        // The finest level, its slabs, and a shard.
+        // The finest level, and a slab with its distances at full resolution.
         Shown::new(&self.grid).finest.len() as u64 * 9 + (128 << 20)
     }
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let Shown { finest, skipped, levels } = Shown::new(&self.grid);
-        let roots = extract::read(inputs.one("roots")?)?;
+        let system: RootSystem = inputs.one("system")?.json("system.json")?;
+        let roots = system.plain();
         let [depth, rows, columns] = self.grid.shape;
-        let plane = rows * columns;
         // Slabs are 16 planes deep: up to four halvings never mix two slabs.
         let parts: Vec<Array3<u32>> = slabs(depth, 0, 0)
             .map(|(planes, _)| {
-                let mut slab = Array3::<u32>::zeros((planes.len(), rows, columns));
-                let first = roots.partition_point(|r| (r.index as usize) < planes.start * plane);
-                for root in roots[first..].iter().take_while(|r| (r.index as usize) < planes.end * plane) {
-                    let at = root.index as usize - planes.start * plane;
-                    slab[[at / plane, at / columns % rows, at % columns]] = root.component + 1;
-                }
-                (0..skipped).fold(slab, |fine, _| halve_labels(fine.view()))
+                let [x, y, z] = self.grid.origin_mm;
+                let slab = Grid {
+                    origin_mm: [x, y, z + self.grid.spacing_mm * planes.start as f64],
+                    shape: [planes.len(), rows, columns],
+                    ..self.grid
+                };
+                (0..skipped).fold(paint::labels(&roots, &slab), |fine, _| halve_labels(fine.view()))
             })
             .collect();
         let views: Vec<_> = parts.iter().map(|part| part.view()).collect();

@@ -21,10 +21,16 @@ pub struct Overlay {
 }
 
 /// JPEG quality of the overlays: pictures to look at, not to measure on.
-const QUALITY: u8 = 85;
+pub(super) const QUALITY: u8 = 85;
 
 /// A root farther than this from the nearest regular ray is out of the view's sight.
 const OUT_OF_SIGHT_MM: f64 = 0.1;
+
+/// Where the view sees the point through a regular, clear ray.
+pub(super) fn seen_at(map: &ViewMap, point_mm: &Vec3) -> Option<[f64; 2]> {
+    let seen = map.project(point_mm).filter(|p| p.clear && p.distance_mm <= OUT_OF_SIGHT_MM)?;
+    Some([seen.u, seen.v])
+}
 
 impl Stage for Overlay {
     const NAME: &'static str = "overlay";
@@ -40,8 +46,8 @@ impl Stage for Overlay {
             .iter()
             .filter_map(|r| {
                 let [x, y, z] = r.point_mm.map(f64::from);
-                let p = map.project(&Vec3::new(x, y, z)).filter(|p| p.clear && p.distance_mm <= OUT_OF_SIGHT_MM)?;
-                Some(Mark { u: p.u, v: p.v, colour: palette::distinct(r.component as usize) })
+                let [u, v] = seen_at(&map, &Vec3::new(x, y, z))?;
+                Some(Mark { u, v, colour: palette::distinct(r.component as usize) })
             })
             .collect();
         let picture = overlay(photo.view(), &ideal, &self.tank, &marks, self.mark_radius_px);

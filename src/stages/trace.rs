@@ -1,11 +1,9 @@
-//! Follows the ridges into roots: centrelines, parents, orders.
-//! In: ridges, roots (the extracted voxels), rootness. Out: system.json (roots with their scale-space radii, repairs),
-//! repairs.csv.
+//! Follows the ridges into pieces of roots and notes how these may hang together.
+//! In: ridges, roots (the extracted voxels), rootness. Out: pieces.json (centrelines with scale-space radii, ties, repairs).
 
 use super::{extract, read3, suppress};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
-use crate::formats::tables;
 use crate::optics::Vec3;
 use crate::roots::{Field, RidgePoint, TraceParams, trace};
 use crate::volume::{Grid, Ridges};
@@ -25,7 +23,7 @@ pub struct Trace {
 
 impl Stage for Trace {
     const NAME: &'static str = "trace";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn peak_bytes(&self) -> u64 {
         // The dense rootness, and ridges of some hundredths of its voxels.
@@ -37,12 +35,11 @@ impl Stage for Trace {
         let strong: Vec<u32> = extract::read(inputs.one("roots")?)?.iter().map(|p| p.index).collect();
         let rootness = read3::<f32>(inputs.one("rootness")?, "rootness")?;
         let points = points(&ridges, &strong, &self.grid, &self.sigma_mm)?;
-        let system = trace(&points, &Field { grid: self.grid, rootness: rootness.view() }, &self.params)?;
-        if system.roots.is_empty() {
+        let pieces = trace(&points, &Field { grid: self.grid, rootness: rootness.view() }, &self.params)?;
+        if pieces.pieces.is_empty() {
             output.warn("no root was traced; look at the extracted voxels");
         }
-        output.bytes("repairs.csv", &tables::repairs(&system.repairs)?)?;
-        output.json("system.json", &system)
+        output.json("pieces.json", &pieces)
     }
 }
 

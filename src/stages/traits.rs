@@ -1,5 +1,5 @@
 //! Measures the traits and writes the root system in the formats that others read.
-//! In: system (with diameters). Out: roots.csv, traits.csv, per_root.csv, depth_profile.csv, roots.rsml, roots.ply,
+//! In: system. Out: roots.csv, traits.csv, per_root.csv, depth_profile.csv, roots.rsml, roots.ply,
 //! centrelines.ply, roots.glb, roots.swc, repairs.csv.
 
 use crate::error::Result;

@@ -6,6 +6,7 @@ use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
 use crate::evaluation::ScoreParams;
 use crate::flow::{Graph, NodeId};
+use crate::roots::traits::spread::halves;
 use crate::stages::axis::Axis;
 use crate::stages::camera::Camera;
 use crate::stages::cameras::Cameras;
@@ -17,6 +18,7 @@ use crate::stages::evaluate_cameras::EvaluateCameras;
 use crate::stages::evaluate_roots::EvaluateRoots;
 use crate::stages::extract::Extract;
 use crate::stages::feature::Feature;
+use crate::stages::hierarchy::Hierarchy;
 use crate::stages::labels::Labels;
 use crate::stages::lattice::Lattice;
 use crate::stages::merge::Merge;
@@ -26,10 +28,12 @@ use crate::stages::photograph::Photograph;
 use crate::stages::pose::Pose;
 use crate::stages::render::Render;
 use crate::stages::render_patch::RenderPatch;
+use crate::stages::root_overlay::RootOverlay;
 use crate::stages::rootness::Rootness;
 use crate::stages::sfm::Sfm;
 use crate::stages::sfm_mask::SfmMask;
 use crate::stages::slices::Slices;
+use crate::stages::spread::Spread;
 use crate::stages::suppress::Suppress;
 use crate::stages::trace::Trace;
 use crate::stages::traits::Traits;
@@ -55,6 +59,10 @@ pub struct StudyNodes {
     pub labels: NodeId,
     /// One overlay per photograph.
     pub overlays: Vec<NodeId>,
+    /// The traced roots on each photograph.
+    pub root_overlays: Vec<NodeId>,
+    /// How the traits vary over resampled views, where the study asks for it.
+    pub spread: Option<NodeId>,
     /// Pictures of a slice, where the study asks for one.
     pub slices: Option<NodeId>,
     /// The score of the root voxels, where the truth is known.
@@ -83,12 +91,14 @@ impl StudyNodes {
         targets.extend(self.measures());
         targets.extend([self.volume, self.labels]);
         targets.extend(&self.overlays);
+        targets.extend(&self.root_overlays);
+        targets.extend(self.spread);
         targets
     }
 }
 
 /// Adds the nodes that make of every undistorted photograph its contrast along the roots' colour axis.
-fn features(graph: &mut Graph, s: &Settings, seen: &[(&String, NodeId, NodeId)]) -> Vec<NodeId> {
+fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> Vec<NodeId> {
     let contrasts: Vec<NodeId> = seen
         .iter()
         .map(|&(name, photo, camera)| {
@@ -97,7 +107,7 @@ fn features(graph: &mut Graph, s: &Settings, seen: &[(&String, NodeId, NodeId)])
         })
         .collect();
     let axis = graph.add("axis", Axis {}, &[("contrasts", &contrasts)]);
-    let feature = |(&(name, ..), contrast): (&(&String, NodeId, NodeId), NodeId)| {
+    let feature = |(&(name, ..), contrast): (&Seen<'_>, NodeId)| {
         graph.add(&format!("feature/{name}"), Feature {}, &[("contrast", &[contrast]), ("axis", &[axis])])
     };
     seen.iter().zip(contrasts).map(feature).collect()
@@ -179,14 +189,17 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         .zip(rendered)
         .map(|(&(name, _, camera), photo)| rendered_view(graph, s, name, photo, camera, is_virtual))
         .collect();
-    let merged = graph.add("merge", Merge { params: s.merge.clone() }, &[("views", &views)]);
-    let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
-    let rootness = graph.add("rootness", rootness, &[("merged", &[merged])]);
-    let ridges = graph.add("suppress", Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
-    let extract = graph.add("extract", Extract { grid: s.grid, params: s.extract }, &[("ridges", &[ridges])]);
-    let system = roots(graph, s, &files, &seen, [ridges, extract, rootness]);
-    let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
-    let traits = graph.add("traits", traits, &[("system", &[system])]);
+    let own = reconstruct(graph, s, &files, &seen, &views, "");
+    let Reconstruction { merged, rootness, extract, system, traits } = own;
+    let spread = spread(graph, s, &files, &seen, &views, traits)?;
+    let root_overlays = seen
+        .iter()
+        .map(|&(name, photo, camera)| {
+            let stage = RootOverlay { tank: s.tank.clone(), line_radius_px: s.overlay.mark_radius };
+            let ports = [("photo", &[photo][..]), ("camera", &[camera]), ("system", &[system])];
+            graph.add(&format!("root-overlay/{name}"), stage, &ports)
+        })
+        .collect();
     let overlays = seen
         .into_iter()
         .map(|(name, photo, camera)| {
@@ -198,7 +211,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         })
         .collect();
     let volume = graph.add("volume", Volume { grid: s.grid }, &[("merged", &[merged]), ("rootness", &[rootness])]);
-    let labels = graph.add("labels", Labels { grid: s.grid }, &[("roots", &[extract])]);
+    let labels = graph.add("labels", Labels { grid: s.grid }, &[("system", &[system])]);
     let slices = s.report.slice.map(|depth_mm| Slices::at(depth_mm, &s.grid)).transpose()?;
     let slices = slices.map(|stage| graph.add("slices", stage, &[("merged", &[merged]), ("rootness", &[rootness])]));
     let params = ScoreParams {
@@ -230,6 +243,8 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         volume,
         labels,
         overlays,
+        root_overlays,
+        spread,
         slices,
         score,
         roots_score,
@@ -237,24 +252,80 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     })
 }
 
-/// From ridges to roots and their diameters.
-fn roots(
+/// What a set of views gives.
+struct Reconstruction {
+    merged: NodeId,
+    rootness: NodeId,
+    extract: NodeId,
+    system: NodeId,
+    traits: NodeId,
+}
+
+/// A photograph's name, undistorted picture and camera.
+type Seen<'a> = (&'a String, NodeId, NodeId);
+
+/// From rendered views to traits; `draw` is added to the names of the nodes. The lists run alike.
+fn reconstruct(
     graph: &mut Graph,
     s: &Settings,
     photos: &[NodeId],
-    seen: &[(&String, NodeId, NodeId)],
-    [ridges, extract, rootness]: [NodeId; 3],
-) -> NodeId {
+    seen: &[Seen<'_>],
+    views: &[NodeId],
+    draw: &str,
+) -> Reconstruction {
+    let name = |stage: &str| format!("{stage}{draw}");
+    let merged = graph.add(&name("merge"), Merge { params: s.merge.clone() }, &[("views", views)]);
+    let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
+    let rootness = graph.add(&name("rootness"), rootness, &[("merged", &[merged])]);
+    let ridges = graph.add(&name("suppress"), Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
+    let extract = Extract { grid: s.grid, params: s.extract };
+    let extract = graph.add(&name("extract"), extract, &[("ridges", &[ridges])]);
     let trace = Trace { grid: s.grid, sigma_mm: s.rootness.sigma.clone(), params: s.trace.clone() };
     let ports = [("ridges", &[ridges][..]), ("roots", &[extract]), ("rootness", &[rootness])];
-    let traced = graph.add("trace", trace, &ports);
-    if s.diameters.enabled {
+    let traced = graph.add(&name("trace"), trace, &ports);
+    let measured = if s.diameters.enabled {
         let cameras: Vec<NodeId> = seen.iter().map(|v| v.2).collect();
         let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
-        graph.add("diameters", diameters, &[("system", &[traced][..]), ("photos", photos), ("cameras", &cameras)])
+        let ports = [("pieces", &[traced][..]), ("photos", photos), ("cameras", &cameras)];
+        graph.add(&name("diameters"), diameters, &ports)
     } else {
         traced
+    };
+    let hierarchy = Hierarchy { params: s.hierarchy.clone() };
+    let system = graph.add(&name("hierarchy"), hierarchy, &[("pieces", &[measured])]);
+    let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
+    let traits = graph.add(&name("traits"), traits, &[("system", &[system])]);
+    Reconstruction { merged, rootness, extract, system, traits }
+}
+
+/// How the traits vary over random halves of the views.
+///
+/// # Errors
+/// Where halves are too few or too small.
+fn spread(
+    graph: &mut Graph,
+    s: &Settings,
+    photos: &[NodeId],
+    seen: &[Seen<'_>],
+    views: &[NodeId],
+    traits: NodeId,
+) -> Result<Option<NodeId>> {
+    let count = s.traits.resample;
+    if count == 0 {
+        return Ok(None);
     }
+    if !(2..=1000).contains(&count) || views.len() < 6 {
+        return Err(Error::usage(format!("traits.resample is {count} for {} photographs", views.len()))
+            .help("give 2 to 1000 halves of at least 6 photographs, or 0"));
+    }
+    let mut draws = Vec::with_capacity(count);
+    for (n, half) in halves(views.len(), count).iter().enumerate() {
+        let pick = |list: &[NodeId]| half.iter().map(|&v| list[v]).collect::<Vec<_>>();
+        let seen: Vec<Seen<'_>> = half.iter().map(|&v| seen[v]).collect();
+        let one = reconstruct(graph, s, &pick(photos), &seen, &pick(views), &format!("/half-{}", n + 1));
+        draws.push(one.traits);
+    }
+    Ok(Some(graph.add("spread", Spread {}, &[("traits", &[traits][..]), ("draws", &draws)])))
 }
 
 /// The cameras found in the photographs alone.  Paper 2.2.

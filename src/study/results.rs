@@ -42,8 +42,13 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) 
         put_roots(&fresh, "", nodes, report)?;
         fresh.put(report, nodes.volume, "volume.ome.zarr", "volume.ome.zarr")?;
         fresh.put(report, nodes.labels, "labels", "volume.ome.zarr/labels")?;
-        for (photo, &overlay) in nodes.photos.iter().zip(&nodes.overlays) {
-            fresh.put(report, overlay, "overlay.jpg", &overlay_path(photo))?;
+        for ((photo, &overlay), &roots) in nodes.photos.iter().zip(&nodes.overlays).zip(&nodes.root_overlays) {
+            fresh.put(report, overlay, "overlay.jpg", &overlay_path(photo, ""))?;
+            fresh.put(report, roots, "roots.jpg", &overlay_path(photo, "-roots"))?;
+            fresh.put(report, roots, "orders.jpg", &overlay_path(photo, "-orders"))?;
+        }
+        if let Some(spread) = nodes.spread {
+            fresh.put(report, spread, "trait_spread.csv", "trait_spread.csv")?;
         }
         fresh.write("report.html", page(settings, &batch.graph, nodes, report)?.as_bytes())?;
     }
@@ -93,10 +98,10 @@ pub fn put_numbers(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Rep
     fresh.write(&format!("{prefix}cameras.json"), cameras_json::write(&views)?.as_bytes())
 }
 
-/// Where the overlay of a photograph lies in the results.
-fn overlay_path(photo: &str) -> String {
+/// Where an overlay of a photograph lies in the results.
+fn overlay_path(photo: &str, kind: &str) -> String {
     let stem = Path::new(photo).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-    format!("overlays/{stem}.jpg")
+    format!("overlays/{stem}{kind}.jpg")
 }
 
 /// The report's page.
@@ -118,7 +123,7 @@ fn page(settings: &Settings, graph: &Graph, nodes: &StudyNodes, report: &Report)
     for (stage, count) in warned.into_iter().filter(|&(_, count)| count > MOST_WARNINGS) {
         warnings.push(format!("{stage}: {} more warnings of this kind", count - MOST_WARNINGS));
     }
-    let overlays: Vec<String> = nodes.photos.iter().map(|p| overlay_path(p)).collect();
+    let overlays: Vec<String> = nodes.photos.iter().map(|p| overlay_path(p, "")).collect();
     Ok(Page {
         name: &settings.name,
         tank: &settings.tank,

@@ -9,9 +9,9 @@ use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::optics::Tank;
 use crate::photo::contrast::ContrastParams;
-use crate::roots::TraceParams;
 use crate::roots::diameter::DiameterParams;
 use crate::roots::traits::TraitParams;
+use crate::roots::{HierarchyParams, TraceParams};
 use crate::simulation::{CaptureParams, GrowthParams, MisjudgeParams};
 use crate::stages::sfm::SfmParams;
 use crate::volume::Grid;
@@ -118,6 +118,8 @@ pub struct Settings {
     pub trace: TraceParams,
     /// `[diameters]`.
     pub diameters: DiameterParams,
+    /// `[hierarchy]`.
+    pub hierarchy: HierarchyParams,
     /// `[traits]`.
     pub traits: TraitParams,
     /// `[overlay]`.
@@ -167,6 +169,7 @@ const SECTIONS: &[&str] = &[
     "extract",
     "trace",
     "diameters",
+    "hierarchy",
     "traits",
     "overlay",
     "report",
@@ -211,6 +214,7 @@ impl Settings {
         let extract: Hysteresis = file.section("extract");
         let trace: TraceParams = file.section("trace");
         let diameters: DiameterParams = file.section("diameters");
+        let hierarchy: HierarchyParams = file.section("hierarchy");
         let traits: TraitParams = file.section("traits");
         let overlay: OverlaySection = file.section("overlay");
         let report: ReportSection = file.section("report");
@@ -273,6 +277,7 @@ impl Settings {
             extract,
             trace,
             diameters,
+            hierarchy,
             traits,
             overlay,
             report,

@@ -10,14 +10,15 @@ fn normal_below(x: f64) -> f64 {
     if x < 0.0 { tail } else { 1.0 - tail }
 }
 
-/// The blurred edge, tabulated, for one point spread.
+/// The blurred edge and the point spread, tabulated, for one point spread.
 #[derive(Debug, Clone)]
 pub struct Bars {
     spread_px: f64,
-    table: Vec<f64>,
+    /// Light beyond an edge at 0, and the spread's density times its standard deviation.
+    table: Vec<[f64; 2]>,
 }
 
-/// Where the edge's table ends, in standard deviations.
+/// Where the table ends, in standard deviations.
 const REACH: f64 = 5.0;
 /// Entries per standard deviation.
 const PER_SIGMA: f64 = 64.0;
@@ -26,34 +27,35 @@ impl Bars {
     /// Bars blurred by `spread_px`.
     pub fn new(spread_px: f64) -> Self {
         let n = (2.0 * REACH * PER_SIGMA) as usize;
-        Self { spread_px, table: (0..=n + 1).map(|k| normal_below(k as f64 / PER_SIGMA - REACH)).collect() }
+        let entry = |k: usize| {
+            let z = k as f64 / PER_SIGMA - REACH;
+            [normal_below(z), 0.398_942_280_401 * (-0.5 * z * z).exp()]
+        };
+        Self { spread_px, table: (0..=n + 1).map(entry).collect() }
     }
 
-    /// Light at `x` beyond an edge at 0.
-    fn edge(&self, x: f64) -> f64 {
+    /// Light at `x` beyond an edge at 0, and the density of the point spread there, times its variance.
+    fn edge_and_bell(&self, x: f64) -> (f64, f64) {
         let at = (x / self.spread_px + REACH) * PER_SIGMA;
         if at <= 0.0 {
-            return 0.0;
+            return (0.0, 0.0);
         }
         if at >= 2.0 * REACH * PER_SIGMA {
-            return 1.0;
+            return (1.0, 0.0);
         }
         let k = at as usize;
-        self.table[k] + (at - k as f64) * (self.table[k + 1] - self.table[k])
-    }
-
-    /// Density of the point spread at `x`, times its standard deviation squared.
-    fn bell(&self, x: f64) -> f64 {
-        let z = x / self.spread_px;
-        if z.abs() > REACH { 0.0 } else { self.spread_px * 0.398_942_280_401 * (-0.5 * z * z).exp() }
+        let f = at - k as f64;
+        let ([e0, b0], [e1, b1]) = (self.table[k], self.table[k + 1]);
+        (e0 + f * (e1 - e0), self.spread_px * (b0 + f * (b1 - b0)))
     }
 
     /// At `x`: light of a bar of `width` about 0, 1 inside a wide one; and that of a bar whose light rises
     /// from -1 to 1 across its width.
     pub fn light_and_shade(&self, x: f64, width: f64) -> (f64, f64) {
         let half = 0.5 * width;
-        let light = self.edge(x + half) - self.edge(x - half);
-        (light, (x * light + self.bell(x + half) - self.bell(x - half)) / half)
+        let (left, right) = (self.edge_and_bell(x + half), self.edge_and_bell(x - half));
+        let light = left.0 - right.0;
+        (light, (x * light + left.1 - right.1) / half)
     }
 }
 

@@ -1,7 +1,8 @@
 //! Which pixels of a photograph the traced roots cover.
 
 use super::profile::Sight;
-use crate::roots::trace::TracedRoot;
+use super::track::{Beads, Track};
+use crate::roots::system::TracedRoot;
 use ndarray::Array2;
 
 const NONE: u32 = 0;
@@ -12,14 +13,15 @@ const SEVERAL: u32 = u32::MAX;
 pub struct Clutter(Array2<u32>);
 
 impl Clutter {
-    /// Paints every root with its radius and a pixel of blur on either side.
-    pub fn new(sight: &Sight<'_>, roots: &[TracedRoot]) -> Self {
+    /// Paints every root with its radius and a pixel of blur on either side: a disc at every bead.
+    pub fn new(sight: &Sight<'_>, roots: &[TracedRoot], beads: &[Beads], tracks: &[Track]) -> Self {
         let (height, width) = sight.light.dim();
         let mut map = Array2::from_elem((height, width), NONE);
-        for (r, traced) in roots.iter().enumerate() {
+        for (r, ((traced, beads), track)) in roots.iter().zip(beads).zip(tracks).enumerate() {
             let mark = r as u32 + 1;
-            for (p, radius) in traced.root.points_mm.iter().zip(&traced.root.radii_mm) {
-                let Some((pixel, jacobian)) = sight.pixel_and_jacobian(p) else { continue };
+            for (b, pixel) in track.pixels.iter().enumerate() {
+                let (Some(pixel), Some(jacobian)) = (pixel, track.jacobian(b)) else { continue };
+                let radius = traced.root.radii_mm[beads.points[b]];
                 let reach = radius * jacobian.norm() * std::f64::consts::FRAC_1_SQRT_2 + 1.0;
                 let range = |centre: f64, size: usize| {
                     let low = (centre - reach).ceil().max(0.0) as usize;

@@ -24,25 +24,29 @@ pub mod bar;
 pub mod clutter;
 pub mod profile;
 pub mod refine;
+pub mod track;
 pub mod width;
 
 use super::curve;
-use super::trace::TracedRoot;
+use super::system::TracedRoot;
 use crate::error::{Error, Result};
+use crate::optics::Vec3;
+use bar::Bars;
 use clutter::Clutter;
-use profile::{Profile, Sight};
+use profile::{Profile, Seen, Sight, profile};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use track::{Beads, STRIDE, Track};
 
 /// How diameters are measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DiameterParams {
     /// Measure diameters in the photographs; `false` keeps those of the scale that fitted each root best, which are
-    /// rough but cost nothing.
+    /// rough: with one scale all alike.
     pub enabled: bool,
-    /// Distance between measured points along a root, mm, 0.2 to 10; the centreline's points between take
-    /// interpolated values.
+    /// Distance between measured points along a root, mm, 0.2 to 10: a small part of `smooth_mm`; the centreline's
+    /// points between take interpolated values.
     pub every_mm: f64,
     /// Half length of the stretch whose pixels are taken together, mm, 0.2 to 10: the diameter hardly changes over it.
     pub stretch_mm: f64,
@@ -68,8 +72,8 @@ pub struct DiameterParams {
 impl Default for DiameterParams {
     fn default() -> Self {
         Self {
-            enabled: false,
-            every_mm: 1.0,
+            enabled: true,
+            every_mm: 2.0,
             stretch_mm: 1.0,
             margin_px: 4.0,
             spread_px: 0.4,
@@ -80,6 +84,13 @@ impl Default for DiameterParams {
             thinnest_mm: 0.1,
             thickest_mm: 6.0,
         }
+    }
+}
+
+impl DiameterParams {
+    /// Distance between the points that are projected, mm.
+    fn bead_mm(&self) -> f64 {
+        self.every_mm / STRIDE as f64
     }
 }
 
@@ -114,75 +125,125 @@ pub fn measure(roots: &mut [TracedRoot], sights: &[Sight<'_>], params: &Diameter
             return Err(Error::usage(format!("diameters.{name} is {value}")).help("give a positive number"));
         }
     }
-    let covered =
-        |roots: &[TracedRoot]| -> Vec<Clutter> { sights.par_iter().map(|sight| Clutter::new(sight, roots)).collect() };
-    // The scale-space radii are coarse: a sparse rounds give every later step a width to expect.
-    let coarse = DiameterParams { every_mm: 4.0 * params.every_mm, ..params.clone() };
-    let bars = bar::Bars::new(params.spread_px);
-    for round in [&coarse, &coarse, params] {
-        let clutter = covered(roots);
-        if params.furthest_mm > 0.0 {
-            refine::refine(roots, sights, &clutter, &bars, round);
-        }
-        all_widths(roots, sights, &clutter, &bars, round);
+    let beads: Vec<Beads> = roots.iter().map(|r| Beads::new(&r.root.points_mm, params.bead_mm())).collect();
+    let tracks: Vec<Vec<Track>> =
+        sights.par_iter().map(|sight| beads.iter().map(|b| Track::new(sight, b)).collect()).collect();
+    let mut work = Work { sights, beads, tracks, bars: Bars::new(params.spread_px), params };
+    // The scale-space radii are coarse: two sparse rounds give the last one a width to expect.
+    for (stride, expected) in [(4, false), (4, true), (1, true)] {
+        work.shift(roots, stride, expected);
+        work.widths(roots, stride, expected);
     }
     Ok(())
 }
 
-/// Measures every root's stations and settles its radii.
-fn all_widths(
-    roots: &mut [TracedRoot],
-    sights: &[Sight<'_>],
-    clutter: &[Clutter],
-    bars: &bar::Bars,
-    params: &DiameterParams,
-) {
-    let all: Vec<Vec<Option<Measured>>> = (0..roots.len())
-        .into_par_iter()
-        .map(|r| {
-            stations(&roots[r], params.every_mm)
-                .into_iter()
-                .map(|k| {
-                    let profiles: Vec<Profile> = sights
-                        .iter()
-                        .zip(clutter)
-                        .filter_map(|(sight, clutter)| profile::profile(sight, clutter, &roots[r], r, k, params))
-                        .collect();
-                    width::common(&profiles, bars, params)
+/// Everything that measuring needs.
+struct Work<'a> {
+    sights: &'a [Sight<'a>],
+    /// Per root.
+    beads: Vec<Beads>,
+    /// Per photograph and root.
+    tracks: Vec<Vec<Track>>,
+    bars: Bars,
+    params: &'a DiameterParams,
+}
+
+impl Work<'_> {
+    /// The beads that are measured when every `stride`-th station is.
+    fn stations(&self, root: usize, stride: usize) -> impl Iterator<Item = usize> + use<> {
+        (0..self.beads[root].places.len()).step_by(STRIDE * stride)
+    }
+
+    fn clutter(&self, roots: &[TracedRoot]) -> Vec<Clutter> {
+        self.sights
+            .par_iter()
+            .zip(&self.tracks)
+            .map(|(sight, tracks)| Clutter::new(sight, roots, &self.beads, tracks))
+            .collect()
+    }
+
+    fn profiles(&self, clutter: &[Clutter], root: usize, b: usize, radius_mm: f64) -> Vec<Profile> {
+        let views = self.sights.iter().zip(clutter).zip(&self.tracks);
+        views
+            .filter_map(|((sight, clutter), tracks)| {
+                let seen = Seen { sight, clutter, track: &tracks[root] };
+                profile(&seen, &self.beads[root], root, b, radius_mm, self.params)
+            })
+            .collect()
+    }
+
+    fn expected(&self, roots: &[TracedRoot], root: usize, b: usize) -> f64 {
+        roots[root].root.radii_mm[self.beads[root].points[b]]
+    }
+
+    /// Moves the roots across to where the photographs show them; at half as many stations as are measured.
+    fn shift(&mut self, roots: &mut [TracedRoot], stride: usize, expected: bool) {
+        if self.params.furthest_mm <= 0.0 {
+            return;
+        }
+        let clutter = self.clutter(roots);
+        let step_mm = 2.0 * self.params.every_mm * stride as f64;
+        let one = |r: usize| -> Vec<Vec3> {
+            let shifts: Vec<[f64; 4]> = self
+                .stations(r, 2 * stride)
+                .filter_map(|b| {
+                    let radius = self.expected(roots, r, b);
+                    let profiles = self.profiles(&clutter, r, b, radius);
+                    let diameter = if expected {
+                        2.0 * radius
+                    } else {
+                        width::common(&profiles, &self.bars, None, self.params)?.diameter_mm
+                    };
+                    let tangent = self.beads[r].tangent(b)?;
+                    let s = refine::shift(&profiles, &tangent, diameter, &self.bars, self.params)?;
+                    Some([self.beads[r].arc_mm[b], s.x, s.y, s.z])
+                })
+                .collect();
+            let arc = curve::chord_lengths(&roots[r].root.points_mm);
+            refine::spread(&arc, &shifts, step_mm, self.params.shift_smooth_mm)
+        };
+        let all: Vec<Vec<Vec3>> = (0..roots.len()).into_par_iter().map(one).collect();
+        for (r, shifts) in all.iter().enumerate() {
+            for (p, shift) in roots[r].root.points_mm.iter_mut().zip(shifts) {
+                (0..3).for_each(|d| p[d] += shift[d]);
+            }
+            let Beads { points, places, .. } = &mut self.beads[r];
+            points.iter().zip(places).for_each(|(&k, place)| *place += shifts[k]);
+        }
+        self.tracks.par_iter_mut().for_each(|tracks| {
+            for ((track, beads), shifts) in tracks.iter_mut().zip(&self.beads).zip(&all) {
+                beads.points.iter().enumerate().for_each(|(b, &k)| track.shift(b, &shifts[k]));
+            }
+        });
+    }
+
+    /// Measures every root's stations and settles its radii.
+    fn widths(&self, roots: &mut [TracedRoot], stride: usize, expected: bool) {
+        let clutter = self.clutter(roots);
+        let read_only: &[TracedRoot] = roots;
+        let one = |r: usize| -> Vec<(f64, Option<Measured>)> {
+            self.stations(r, stride)
+                .map(|b| {
+                    let radius = self.expected(read_only, r, b);
+                    let profiles = self.profiles(&clutter, r, b, radius);
+                    let about = expected.then_some(2.0 * radius);
+                    (self.beads[r].arc_mm[b], width::common(&profiles, &self.bars, about, self.params))
                 })
                 .collect()
-        })
-        .collect();
-    for (root, measured) in roots.iter_mut().zip(all) {
-        settle(root, &measured, params);
-    }
-}
-
-/// The points of a root that are measured.
-fn stations(root: &TracedRoot, every_mm: f64) -> Vec<usize> {
-    let arc = curve::chord_lengths(&root.root.points_mm);
-    let mut next = 0.0;
-    let mut chosen = Vec::new();
-    for (k, &s) in arc.iter().enumerate() {
-        if s + 1e-9 >= next {
-            chosen.push(k);
-            next = s + every_mm;
+        };
+        let all: Vec<Vec<(f64, Option<Measured>)>> = (0..roots.len()).into_par_iter().map(one).collect();
+        for (root, measured) in roots.iter_mut().zip(all) {
+            settle(root, &measured, self.params);
         }
     }
-    chosen
 }
 
-/// Carries the measured stations over to all points of the root.
-fn settle(traced: &mut TracedRoot, measured: &[Option<Measured>], params: &DiameterParams) {
+/// Carries the measured stations (arc position, what was measured) over to all points of the root.
+fn settle(traced: &mut TracedRoot, measured: &[(f64, Option<Measured>)], params: &DiameterParams) {
     let arc = curve::chord_lengths(&traced.root.points_mm);
-    let stations = stations(traced, params.every_mm);
-    let good: Vec<(f64, Measured)> =
-        stations.iter().zip(measured).filter_map(|(&k, m)| m.map(|m| (arc[k], m))).collect();
+    let good: Vec<(f64, Measured)> = measured.iter().filter_map(|&(s, m)| m.map(|m| (s, m))).collect();
     for (k, confidence) in traced.confidence.iter_mut().enumerate() {
-        let near = stations.iter().zip(measured).min_by(|a, b| {
-            let distance = |x: &(&usize, &Option<Measured>)| (arc[*x.0] - arc[k]).abs();
-            distance(a).total_cmp(&distance(b))
-        });
+        let near = measured.iter().min_by(|a, b| (a.0 - arc[k]).abs().total_cmp(&(b.0 - arc[k]).abs()));
         *confidence = near.and_then(|(_, m)| m.as_ref()).map_or(0.0, |m| m.shown);
     }
     if good.is_empty() {

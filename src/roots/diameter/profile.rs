@@ -2,9 +2,9 @@
 
 use super::DiameterParams;
 use super::clutter::Clutter;
+use super::track::{Beads, Track};
 use crate::optics::{Vec3, ViewMap};
 use crate::photo::{Picture, colour};
-use crate::roots::trace::TracedRoot;
 use ndarray::Array2;
 
 /// A pixel position: x = column u, y = row v.
@@ -41,16 +41,14 @@ impl<'a> Sight<'a> {
         (p.clear && p.distance_mm < STEP_MM && self.map.view().holds(p.u, p.v)).then(|| Pixel::new(p.u, p.v))
     }
 
-    /// Pixel and its derivative by the point.
-    pub fn pixel_and_jacobian(&self, point_mm: &[f64; 3]) -> Option<(Pixel, Jacobian)> {
-        let p = Vec3::from(*point_mm);
-        let centre = self.pixel(&p)?;
+    /// Derivative of the pixel by the point that is seen at `pixel`.
+    pub fn jacobian(&self, point_mm: &Vec3, pixel: &Pixel) -> Option<Jacobian> {
         let column = |axis: usize| {
-            let mut q = p;
-            q[axis] += STEP_MM;
-            self.pixel(&q).map(|pixel| (pixel - centre) / STEP_MM)
+            let mut moved = *point_mm;
+            moved[axis] += STEP_MM;
+            self.pixel(&moved).map(|there| (there - pixel) / STEP_MM)
         };
-        Some((centre, Jacobian::from_columns(&[column(0)?, column(1)?, column(2)?])))
+        Some(Jacobian::from_columns(&[column(0)?, column(1)?, column(2)?]))
     }
 }
 
@@ -70,37 +68,49 @@ pub struct Profile {
 /// Share of the pixels within the root's own width that must be free of other roots.
 const FREE: f64 = 0.6;
 
-/// The profile about point `k` of root number `number` of the list in one photograph; none where the stretch is not seen, seen end
-/// on, or covered by other roots.
+/// A root in one photograph.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen<'a> {
+    /// The photograph.
+    pub sight: &'a Sight<'a>,
+    /// What covers what in it.
+    pub clutter: &'a Clutter,
+    /// Where it shows the root's beads.
+    pub track: &'a Track,
+}
+
+/// The profile about bead `b` (one with a derivative) of root `number` of the list, `radius_mm` thick, in one
+/// photograph; none where the stretch is not seen, seen end on, or covered by other roots.
 pub fn profile(
-    sight: &Sight<'_>,
-    clutter: &Clutter,
-    traced: &TracedRoot,
+    seen: &Seen<'_>,
+    beads: &Beads,
     number: usize,
-    k: usize,
+    b: usize,
+    radius_mm: f64,
     params: &DiameterParams,
 ) -> Option<Profile> {
-    let points = &traced.root.points_mm;
-    let (centre, jacobian) = sight.pixel_and_jacobian(&points[k])?;
-    let ends = stretch(points, k, params.stretch_mm);
-    let line: Vec<Pixel> = (ends.0..=ends.1).filter_map(|n| sight.pixel(&Vec3::from(points[n]))).collect();
-    if line.len() != ends.1 - ends.0 + 1 || line.len() < 2 {
-        return None;
+    let Seen { sight, clutter, track } = seen;
+    let (centre, jacobian) = (track.pixels[b]?, track.jacobian(b)?);
+    let reach = (params.stretch_mm / params.bead_mm()).round().max(1.0) as usize;
+    let ends = (b.saturating_sub(reach), (b + reach).min(beads.places.len() - 1));
+    let mut line = Vec::with_capacity(ends.1 - ends.0 + 1);
+    for pixel in &track.pixels[ends.0..=ends.1] {
+        line.push((*pixel)?);
     }
     let (first, last) = (line[0], line[line.len() - 1]);
     let along = (last - first).try_normalize(1e-9)?;
     let across = Pixel::new(-along.y, along.x);
-    let tangent = (Vec3::from(points[ends.1]) - Vec3::from(points[ends.0])).try_normalize(1e-9)?;
+    let tangent = (beads.places[ends.1] - beads.places[ends.0]).try_normalize(1e-9)?;
     // The view's direction in the water moves no pixel: it spans the kernel of the Jacobian.
-    let (a, b) = (jacobian.row(0).transpose(), jacobian.row(1).transpose());
-    let view = a.cross(&b).try_normalize(1e-12)?;
+    let (right, down) = (jacobian.row(0).transpose(), jacobian.row(1).transpose());
+    let view = right.cross(&down).try_normalize(1e-12)?;
     let side = view.cross(&tangent);
     // Seen nearly end on, the stretch is a spot, not a bar.
     if side.norm() < 0.5 {
         return None;
     }
     let scale = (jacobian * side.normalize()).dot(&across).abs();
-    let expected = 2.0 * traced.root.radii_mm[k] * scale;
+    let expected = 2.0 * radius_mm * scale;
     let half = 0.75 * expected + params.margin_px;
     let length = (last - first).norm().max(2.0);
     let reach = half.hypot(0.5 * length) + 1.0;
@@ -137,22 +147,6 @@ pub fn profile(
         across: jacobian.transpose() * across,
         half_px: half,
     })
-}
-
-/// First and last point of the stretch about point `k`.
-fn stretch(points: &[[f64; 3]], k: usize, half_mm: f64) -> (usize, usize) {
-    let gap = |a: usize, b: usize| (Vec3::from(points[a]) - Vec3::from(points[b])).norm();
-    let (mut first, mut last, mut gone) = (k, k, 0.0);
-    while first > 0 && gone < half_mm {
-        gone += gap(first, first - 1);
-        first -= 1;
-    }
-    gone = 0.0;
-    while last + 1 < points.len() && gone < half_mm {
-        gone += gap(last, last + 1);
-        last += 1;
-    }
-    (first, last)
 }
 
 /// Signed distance of a pixel from the polyline, positive towards `across`.

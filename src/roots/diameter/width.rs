@@ -5,8 +5,10 @@ use super::profile::Profile;
 use super::{DiameterParams, Measured};
 use nalgebra::{Matrix4, Vector4};
 
-/// Ratio of neighbouring widths tried.
-const RATIO: f64 = 1.1;
+/// Ratio of neighbouring widths tried, of the first search and of the second.
+const RATIOS: [f64; 2] = [1.33, 1.1];
+/// Widths tried in the second search lie within this factor of the expected one.
+const NEAR: f64 = 2.0;
 /// How far a photograph may move the common estimate: the rise of its `n ln RSS` is limited to this.
 pub(super) const LIMIT: f64 = 12.0;
 /// A photograph shows a root when the bar's light exceeds its standard error this many times.
@@ -19,8 +21,8 @@ pub struct Fit {
     pub rss: f64,
     /// Light c of the bar.
     pub light: f64,
-    /// Its standard error.
-    pub error: f64,
+    /// Its squared standard error.
+    pub variance: f64,
 }
 
 /// Fits `a + b x + c bar + d shade` for a bar about `centre`.
@@ -41,33 +43,41 @@ pub fn fit(profile: &Profile, centre: f64, width_px: f64, bars: &Bars) -> Fit {
     // A term that the pixels do not tell from the others keeps a finite place.
     let ridge = 1e-9 * gram.trace().max(1e-300);
     gram += Matrix4::identity() * ridge;
-    let Some(cholesky) = gram.cholesky() else { return Fit { rss: square, light: 0.0, error: f64::INFINITY } };
+    let Some(cholesky) = gram.cholesky() else { return Fit { rss: square, light: 0.0, variance: f64::INFINITY } };
     let found = cholesky.solve(&right);
     let rss = (square - found.dot(&right)).max(1e-12);
     let spare = (profile.pixels.len() as f64 - 4.0).max(1.0);
-    Fit { rss, light: found[2], error: (rss / spare * cholesky.inverse()[(2, 2)]).sqrt() }
+    // The entry of the inverse that belongs to the bar: the squared length of L⁻¹ e₂.
+    let share = cholesky.l_dirty().solve_lower_triangular(&Vector4::z()).map_or(f64::INFINITY, |v| v.norm_squared());
+    Fit { rss, light: found[2], variance: rss / spare * share }
 }
 
 /// Whether the bar stands out of the noise.
 pub fn shows(fit: &Fit) -> bool {
-    fit.light > SHOWN * fit.error
+    fit.light > 0.0 && fit.light * fit.light > SHOWN * SHOWN * fit.variance
 }
 
-/// The widths tried, mm.
-fn widths(params: &DiameterParams) -> Vec<f64> {
-    let n = ((params.thickest_mm / params.thinnest_mm).ln() / RATIO.ln()).ceil() as i32;
-    (0..=n).map(|k| params.thinnest_mm * RATIO.powi(k)).collect()
-}
-
-/// The common diameter; none when fewer than `min_views` photographs show a root.
-pub fn common(profiles: &[Profile], bars: &Bars, params: &DiameterParams) -> Option<Measured> {
-    let widths = widths(params);
+/// The common diameter; none when fewer than `min_views` photographs show a root. Searched over all diameters of the
+/// parameters, or, more finely, about the one that is expected.
+pub fn common(
+    profiles: &[Profile],
+    bars: &Bars,
+    expected_mm: Option<f64>,
+    params: &DiameterParams,
+) -> Option<Measured> {
+    let (least, most) = (params.thinnest_mm, params.thickest_mm);
+    let (from, to, ratio) = match expected_mm {
+        None => (least, most, RATIOS[0]),
+        Some(d) => ((d / NEAR).max(least), (d * NEAR).clamp(least * RATIOS[1], most), RATIOS[1]),
+    };
+    let count = ((to / from).ln() / ratio.ln()).ceil().max(2.0) as i32;
+    let widths: Vec<f64> = (0..=count).map(|k| from * ratio.powi(k)).collect();
     let mut rises: Vec<Vec<f64>> = Vec::new();
     for profile in profiles {
         // A bar that leaves no background on either side cannot be told from it.
         let room = |w: f64| w * profile.scale <= 2.0 * profile.half_px - 2.0;
         let fits: Vec<Fit> =
-            widths.iter().filter(|w| room(**w)).map(|w| fit(profile, 0.0, w * profile.scale, bars)).collect();
+            widths.iter().take_while(|w| room(**w)).map(|w| fit(profile, 0.0, w * profile.scale, bars)).collect();
         let best =
             (0..fits.len()).filter(|&k| fits[k].light > 0.0).min_by(|&a, &b| fits[a].rss.total_cmp(&fits[b].rss));
         let Some(best) = best.filter(|&k| shows(&fits[k])) else { continue };
@@ -80,7 +90,7 @@ pub fn common(profiles: &[Profile], bars: &Bars, params: &DiameterParams) -> Opt
         return None;
     }
     let total: Vec<f64> = (0..widths.len()).map(|k| rises.iter().map(|r| r[k]).sum()).collect();
-    let width_at = |at: f64| params.thinnest_mm * RATIO.powf(at);
+    let width_at = |at: f64| from * ratio.powf(at);
     let diameter_mm = width_at(lowest(&total));
     let mut off: Vec<f64> = rises.iter().map(|r| (width_at(lowest(r)) - diameter_mm).abs()).collect();
     off.sort_by(f64::total_cmp);

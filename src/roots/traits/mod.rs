@@ -26,11 +26,14 @@ pub struct TraitParams {
     pub layer_mm: f64,
     /// Length over which a root's direction is taken for angles, mm, 0.5 to 100.
     pub angle_mm: f64,
+    /// Random halves of the photographs from which everything is reconstructed again to tell how certain the traits
+    /// are; 0 for none, 2 to 1000. Each costs about as much as the reconstruction.
+    pub resample: usize,
 }
 
 impl Default for TraitParams {
     fn default() -> Self {
-        Self { classes_mm: vec![0.5, 1.0, 1.5, 2.0], layer_mm: 10.0, angle_mm: 5.0 }
+        Self { classes_mm: vec![0.5, 1.0, 1.5, 2.0], layer_mm: 10.0, angle_mm: 5.0, resample: 0 }
     }
 }
 

@@ -1,0 +1,167 @@
+//! What every piece hangs on.
+
+use super::arborescence::{Edge, arborescence};
+use super::base::upper;
+use super::{HierarchyParams, Line};
+use crate::roots::link::{tree_of, within};
+use crate::roots::repair::{Kind, Repair};
+use crate::roots::strand::End;
+use crate::roots::trace::Pieces;
+use std::collections::BTreeMap;
+
+/// Hanging on nothing: dearer than any tie.
+const NOTHING_MM: f64 = 1e4;
+/// Share of a piece at either end over which its taper is judged.
+const THIRD: usize = 3;
+
+/// How a piece hangs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Hang {
+    /// On a point of another piece, by a point of its own.
+    On {
+        /// The other piece.
+        parent: usize,
+        /// The point there.
+        parent_point: usize,
+        /// The point of its own, an end or one between.
+        point: usize,
+    },
+    /// By an end on the hidden crown.
+    Crown(End),
+    /// On nothing: it is the base, or stands alone.
+    Free,
+}
+
+/// Per piece how it hangs.
+pub fn attach(
+    pieces: &Pieces,
+    lines: &[Line<'_>],
+    base: usize,
+    params: &HierarchyParams,
+    log: &mut Vec<Repair>,
+) -> Vec<Hang> {
+    let crown = lines.len();
+    let (mut edges, mut hangs) = (Vec::new(), Vec::new());
+    let mut put = |from: usize, to: usize, cost: f64, hang: Hang| {
+        edges.push(Edge { from, to, cost });
+        hangs.push(hang);
+    };
+    put(crown, base, 0.0, Hang::Free);
+    for tie in &pieces.ties {
+        let cost = tie.cost(lines[tie.onto].radius_mm(tie.knot));
+        let own = match tie.end {
+            End::First => 0,
+            End::Last => lines[tie.strand].last(),
+        };
+        put(tie.onto, tie.strand, cost, Hang::On { parent: tie.onto, parent_point: tie.knot, point: own });
+        let body = Hang::On { parent: tie.strand, parent_point: own, point: tie.knot };
+        put(tie.strand, tie.onto, cost + params.by_body_mm, body);
+    }
+    for out in &pieces.out_of_sight {
+        let cost = out.way_mm + params.unseen_mm * taper(&lines[out.piece], out.end);
+        put(crown, out.piece, cost, Hang::Crown(out.end));
+    }
+    for piece in (0..lines.len()).filter(|&k| k != base) {
+        put(crown, piece, NOTHING_MM, Hang::Free);
+    }
+    let mut chosen = arborescence(crown + 1, crown, &edges);
+    let free: Vec<usize> =
+        (0..crown).filter(|&k| k != base && chosen[k].is_some_and(|e| matches!(hangs[e], Hang::Free))).collect();
+    let crossings = crossings(lines, &free, pieces.link_mm);
+    if !crossings.is_empty() {
+        for (a, point, b, other, distance) in crossings {
+            let cost = distance + 2.0 * params.by_body_mm;
+            for (child, own, parent, parent_point) in [(a, point, b, other), (b, other, a, point)] {
+                edges.push(Edge { from: parent, to: child, cost });
+                hangs.push(Hang::On { parent, parent_point, point: own });
+            }
+        }
+        chosen = arborescence(crown + 1, crown, &edges);
+    }
+    let result: Vec<Hang> = (0..crown).map(|k| chosen[k].map_or(Hang::Free, |e| hangs[e])).collect();
+    report(pieces, lines, &result, log);
+    result
+}
+
+/// Squared thickness at the far end over that at this one: above 1 where a piece would grow thicker from here.
+fn taper(line: &Line<'_>, end: End) -> f64 {
+    let third = line.last() / THIRD;
+    let (first, last) = (line.typical_radius_mm(0, third), line.typical_radius_mm(line.last() - third, line.last()));
+    let ratio = if end == End::First { last / first } else { first / last };
+    if ratio.is_finite() { (ratio * ratio).clamp(0.25, 4.0) } else { 1.0 }
+}
+
+/// Where free pieces pass another within its radius and a share of a link: (free piece, point, other, point, distance).
+fn crossings(lines: &[Line<'_>], free: &[usize], link_mm: f64) -> Vec<(usize, usize, usize, usize, f64)> {
+    let places: Vec<(usize, usize)> =
+        lines.iter().enumerate().flat_map(|(n, line)| (0..=line.last()).map(move |k| (n, k))).collect();
+    let positions: Vec<_> = places.iter().map(|&(n, k)| lines[n].at(k)).collect();
+    let thickest = lines.iter().flat_map(|l| &l.piece.root.radii_mm).copied().fold(0.0, f64::max);
+    let tree = tree_of(positions.iter().enumerate());
+    let touch = 0.5 * link_mm;
+    let mut best: BTreeMap<(usize, usize), (usize, usize, f64)> = BTreeMap::new();
+    for &a in free {
+        for point in 0..=lines[a].last() {
+            let p = lines[a].at(point);
+            for n in within(&tree, &p, thickest + touch) {
+                let (b, other) = places[n];
+                let distance = (positions[n] - p).norm();
+                if b == a || distance > lines[b].radius_mm(other) + touch {
+                    continue;
+                }
+                let entry = best.entry((a, b)).or_insert((point, other, distance));
+                if distance < entry.2 {
+                    *entry = (point, other, distance);
+                }
+            }
+        }
+    }
+    best.into_iter().map(|((a, b), (point, other, distance))| (a, point, b, other, distance)).collect()
+}
+
+/// Writes down what was inferred, cut and opened.
+fn report(pieces: &Pieces, lines: &[Line<'_>], hangs: &[Hang], log: &mut Vec<Repair>) {
+    for (k, hang) in hangs.iter().enumerate() {
+        let line = &lines[k];
+        match *hang {
+            Hang::Crown(end) => {
+                let at = line.at(if end == End::First { 0 } else { line.last() });
+                let way = pieces.out_of_sight.iter().find(|o| o.piece == k).map_or(0.0, |o| o.way_mm);
+                let reason =
+                    format!("runs out of sight {way:.1} mm on, towards the crown: taken for a lateral of the base");
+                log.push(Repair::new(Kind::Inferred, &at, 0.0, reason));
+            }
+            Hang::On { parent, parent_point, point } if point > 0 && point < line.last() => {
+                let gap = (lines[parent].at(parent_point) - line.at(point)).norm();
+                let reason =
+                    format!("no end of it hangs on anything, but it passes {gap:.1} mm from a root that hangs");
+                log.push(Repair::new(Kind::Split, &line.at(point), 0.0, reason));
+            }
+            _ => {}
+        }
+    }
+    for tie in &pieces.ties {
+        let radius = lines[tie.onto].radius_mm(tie.knot);
+        let gap = (tie.distance_mm - radius).max(0.0);
+        let own = if tie.end == End::First { 0 } else { lines[tie.strand].last() };
+        let hangs_on = |child: usize, parent: usize| matches!(hangs[child], Hang::On { parent: p, .. } if p == parent);
+        let used = hangs_on(tie.strand, tie.onto) || hangs_on(tie.onto, tie.strand);
+        let by_this_end = matches!(hangs[tie.strand], Hang::On { point, .. } if point == own);
+        if gap <= pieces.link_mm && !used && !by_this_end {
+            let reason = format!(
+                "this end touches another root, but hanging by it would cost more ({:.2} mm)",
+                tie.cost(radius)
+            );
+            log.push(Repair::new(Kind::Opened, &lines[tie.strand].at(own), gap, reason));
+        }
+    }
+}
+
+/// The end by which a piece that stands alone begins: the clearly thicker one, else the upper one.
+pub fn free_base(line: &Line<'_>) -> End {
+    match taper(line, End::First) {
+        t if t < 0.7 => End::First,
+        t if t > 1.4 => End::Last,
+        _ => upper(line),
+    }
+}

@@ -1,0 +1,30 @@
+//! Which piece the plant stands on.
+
+use super::Line;
+use crate::roots::strand::End;
+
+/// Stretch below a piece's upper end that is judged, mm: some diameters of a taproot.
+const STRETCH_MM: f64 = 30.0;
+/// Pieces that begin within this share of the whole depth below the uppermost may be the base: belts hide the crown.
+const NEAR_TOP: f64 = 0.15;
+
+/// The upper end of a piece.
+pub fn upper(line: &Line<'_>) -> End {
+    if line.at(0).z <= line.at(line.last()).z { End::First } else { End::Last }
+}
+
+/// The piece near the top whose first stretch has the largest radius² × vertical extent; none without pieces.
+pub fn base(lines: &[Line<'_>]) -> Option<usize> {
+    let depths = || lines.iter().flat_map(|l| l.piece.root.points_mm.iter().map(|p| p[2]));
+    let (high, low) = (depths().fold(f64::INFINITY, f64::min), depths().fold(f64::NEG_INFINITY, f64::max));
+    let score = |line: &Line<'_>| {
+        let end = upper(line);
+        let top = if end == End::First { 0 } else { line.last() };
+        let to = line.beyond(top, end.other(), STRETCH_MM);
+        line.typical_radius_mm(top, to).powi(2) * (line.at(to).z - line.at(top).z).max(0.0)
+    };
+    let begins = |line: &Line<'_>| line.at(0).z.min(line.at(line.last()).z);
+    (0..lines.len())
+        .filter(|&k| begins(&lines[k]) <= high + NEAR_TOP * (low - high))
+        .max_by(|&a, &b| score(&lines[a]).total_cmp(&score(&lines[b])).then(b.cmp(&a)))
+}

@@ -1,0 +1,119 @@
+//! Pieces become roots: who hangs on whom, where a root goes on and what springs from it.
+//!
+//! - **Base** ([`base`]): the piece near the top of what is seen whose first stretch is thickest and most vertical.
+//! - **Hanging** ([`attach`]): every piece hangs by one tie. Ties lead from a piece's own end on to another
+//!   piece; for more, a piece may hang by its body on another's end, or by a crossing; an end that runs out of sight
+//!   upwards may hang on the hidden crown. Of all ways to hang all pieces the cheapest is taken (an arborescence:
+//!   [`arborescence`]), so a ring is opened at its most costly tie.
+//! - **Going on** ([`walk`]): ridges do not know which branch of a junction is the root: walked from the base, a root
+//!   goes on, wherever something hangs, in the branch that bends least, keeps its thickness and leads farthest:
+//!   the greatest `− ½ (bend / bend_deg)² − ½ (ln (thickness ratio) / thinner)² + ½ ln reach`, each term limited. The others are
+//!   its laterals.
+//! - **Pruning and numbering** ([`draw`]): specks, spurs; numbers by order, parents first.
+
+pub mod arborescence;
+pub mod attach;
+pub mod base;
+pub mod draw;
+pub mod walk;
+
+use super::system::{RootSystem, TracedRoot};
+use super::trace::Pieces;
+use crate::error::{Error, Result};
+use crate::optics::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// How roots are told apart.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HierarchyParams {
+    /// Hanging on the hidden crown costs as much as a tie of this cost, mm, 0 to 100.
+    pub unseen_mm: f64,
+    /// Hanging by the body instead of an own end costs as much as a tie of this cost, mm, 0 to 100.
+    pub by_body_mm: f64,
+    /// Standard deviation of a root's own bends over `trace.smooth_mm`, degrees, 1 to 90.
+    pub bend_deg: f64,
+    /// Standard deviation of the logarithm of a root's thickness along it, as measured, 0.01 to 2.
+    pub thinner: f64,
+    /// Shortest piece that hangs on nothing, mm.
+    pub speck_mm: f64,
+    /// Shortest lateral beyond its parent's surface, in radii of the parent, 0 to 20 (and no shorter than a link).
+    pub spur_radii: f64,
+}
+
+impl Default for HierarchyParams {
+    fn default() -> Self {
+        Self { unseen_mm: 3.0, by_body_mm: 6.0, bend_deg: 20.0, thinner: 0.25, speck_mm: 6.0, spur_radii: 3.0 }
+    }
+}
+
+/// Makes roots of the pieces.
+///
+/// # Errors
+/// Where a parameter is out of range.
+pub fn arrange(pieces: &Pieces, params: &HierarchyParams) -> Result<RootSystem> {
+    for (name, value) in [("bend_deg", params.bend_deg), ("thinner", params.thinner)] {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(Error::usage(format!("hierarchy.{name} is {value}")).help("give a positive number"));
+        }
+    }
+    let mut repairs = pieces.repairs.clone();
+    let lines: Vec<Line<'_>> = pieces.pieces.iter().map(Line::new).collect();
+    let Some(base) = base::base(&lines) else { return Ok(RootSystem { roots: Vec::new(), repairs }) };
+    let joints = attach::attach(pieces, &lines, base, params, &mut repairs);
+    let grown = walk::walk(&lines, base, &joints, pieces, params);
+    let roots = draw::draw(&lines, grown, pieces, params, &mut repairs);
+    Ok(RootSystem { roots, repairs })
+}
+
+/// A piece with the arc position of its points.
+#[derive(Debug)]
+pub struct Line<'a> {
+    /// The piece.
+    pub piece: &'a TracedRoot,
+    /// Arc length from the first point to each, mm.
+    pub arc_mm: Vec<f64>,
+}
+
+impl<'a> Line<'a> {
+    fn new(piece: &'a TracedRoot) -> Self {
+        Self { piece, arc_mm: super::curve::chord_lengths(&piece.root.points_mm) }
+    }
+
+    fn at(&self, k: usize) -> Vec3 {
+        Vec3::from(self.piece.root.points_mm[k])
+    }
+
+    fn radius_mm(&self, k: usize) -> f64 {
+        self.piece.root.radii_mm[k]
+    }
+
+    fn last(&self) -> usize {
+        self.arc_mm.len() - 1
+    }
+
+    fn length_mm(&self) -> f64 {
+        self.arc_mm[self.last()]
+    }
+
+    /// The point at the given way from point `k` towards an end, or the end.
+    fn beyond(&self, k: usize, towards: super::strand::End, way_mm: f64) -> usize {
+        match towards {
+            super::strand::End::First => {
+                let s = self.arc_mm[k] - way_mm;
+                self.arc_mm[..=k].partition_point(|a| *a < s)
+            }
+            super::strand::End::Last => {
+                let s = self.arc_mm[k] + way_mm;
+                (k + self.arc_mm[k..].partition_point(|a| *a < s)).min(self.last())
+            }
+        }
+    }
+
+    /// Median radius between two points, mm.
+    fn typical_radius_mm(&self, a: usize, b: usize) -> f64 {
+        let mut radii = self.piece.root.radii_mm[a.min(b)..=a.max(b)].to_vec();
+        radii.sort_by(f64::total_cmp);
+        radii[radii.len() / 2]
+    }
+}
