@@ -9,6 +9,7 @@
 //! 5. `Σ ρ(distance / scale)` is minimised over scale, rotation (angle-axis) and translation by Powell's method, on a
 //!    growing number of views.
 
+use super::register::Edge;
 use super::similarity::Similarity;
 use super::sparse::SparseModel;
 use crate::error::{Error, Result};
@@ -61,12 +62,7 @@ impl Default for ChamferParams {
             band: 0.04,
             cut: CutParams::default(),
             scale_px: 1.0,
-            schedule: vec![
-                step(12, Loss::SoftL1),
-                step(6, Loss::Cauchy),
-                step(3, Loss::Cauchy),
-                step(1, Loss::Cauchy),
-            ],
+            schedule: vec![step(12, Loss::SoftL1), step(6, Loss::Cauchy), step(3, Loss::Cauchy), step(1, Loss::Cauchy)],
             tolerance: 1e-4,
             rounds: 100,
         }
@@ -78,8 +74,8 @@ impl Default for ChamferParams {
 pub struct Chamfered {
     /// M₀.
     pub tank_from_sfm: Similarity,
-    /// Contour points per view, px of the shrunken photographs.
-    pub contours: Vec<Vec<(f64, f64)>>,
+    /// The contours in the photographs.
+    pub edges: Vec<Edge>,
     /// Median distance of contour points from the silhouette, px of the photographs.
     pub median_px: f64,
     /// Whether every step's loss stood still before its rounds ran out.
@@ -152,7 +148,9 @@ pub fn chamfer(
     }
     let tank_from_sfm = candidate(&x);
     let mut apart: Vec<f64> = distances(&tank_from_sfm, 1).concat();
-    Ok(Chamfered { tank_from_sfm, contours, median_px: median(&mut apart) * params.shrink as f64, converged })
+    let views = tank_from_sfm.views(model);
+    let edges = (0..views.len()).flat_map(|k| rims.edges(&views[k], k, &contours[k], params.shrink)).collect();
+    Ok(Chamfered { tank_from_sfm, edges, median_px: median(&mut apart) * params.shrink as f64, converged })
 }
 
 impl ChamferParams {
@@ -211,9 +209,14 @@ impl Rims {
 
     /// Distance of every contour point from the silhouette, px; far where there is none.
     fn distances(&self, view: &View, contour: &[(f64, f64)], shrink: usize) -> Vec<f64> {
+        self.misses(view, contour, shrink).iter().map(Vector2::norm).collect()
+    }
+
+    /// The way from every contour point to the silhouette, px; long where there is none.
+    fn misses(&self, view: &View, contour: &[(f64, f64)], shrink: usize) -> Vec<Vector2<f64>> {
         let corners = self.silhouette(view, shrink);
         if corners.len() < 3 {
-            return vec![1e3; contour.len()];
+            return vec![Vector2::new(1e3, 0.0); contour.len()];
         }
         let n = corners.len();
         let edges: Vec<_> = (0..n)
@@ -222,15 +225,30 @@ impl Rims {
                 (corners[k], along, 1.0 / along.norm_squared().max(1e-12))
             })
             .collect();
-        let distance = |&(u, v): &(f64, f64)| {
+        let miss = |&(u, v): &(f64, f64)| {
             let p = Vector2::new(u, v);
-            let squared = |(a, along, inverse): &(Vector2<f64>, Vector2<f64>, f64)| {
+            let way = |(a, along, inverse): &(Vector2<f64>, Vector2<f64>, f64)| {
                 let d = p - a;
-                (d - along * (d.dot(along) * inverse).clamp(0.0, 1.0)).norm_squared()
+                along * (d.dot(along) * inverse).clamp(0.0, 1.0) - d
             };
-            edges.iter().map(squared).fold(f64::INFINITY, f64::min).sqrt()
+            let ways = edges.iter().map(way);
+            ways.min_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared())).unwrap_or_default()
         };
-        contour.iter().map(distance).collect()
+        contour.iter().map(miss).collect()
+    }
+
+    /// The contour in the photograph as taken, with its misses.
+    fn edges(&self, view: &View, index: usize, contour: &[(f64, f64)], shrink: usize) -> Vec<Edge> {
+        let lens = &view.lens;
+        let taken = |x: f64, y: f64| {
+            let full = |p: f64, centre: f64| ((p + 0.5) * shrink as f64 - 0.5 - centre) / lens.focal_px;
+            lens.pixel(full(x, lens.cx), full(y, lens.cy))
+        };
+        let edge = |(&(x, y), miss): (&(f64, f64), Vector2<f64>)| {
+            let (from, to) = (taken(x, y), taken(x + miss.x, y + miss.y));
+            Edge { view: index, u: from.0, v: from.1, miss_px: [to.0 - from.0, to.1 - from.1] }
+        };
+        contour.iter().zip(self.misses(view, contour, shrink)).map(edge).collect()
     }
 }
 
@@ -310,27 +328,42 @@ mod tests {
     use crate::optics::{Distortion, Index, Mat3};
 
     fn tank() -> Tank {
-        Tank { radius_mm: 60.0, height_mm: 180.0, wall_mm: 4.0, water_level_mm: 14.0, index: Index::default(), belts_mm: vec![] }
+        Tank {
+            radius_mm: 60.0,
+            height_mm: 180.0,
+            wall_mm: 4.0,
+            water_level_mm: 14.0,
+            index: Index::default(),
+            belts_mm: vec![],
+        }
     }
 
     /// Twelve views of a bright tank before a dark room, drawn by intersecting rays.
     fn scene() -> (SparseModel, Vec<Array3<u8>>, Similarity) {
-        let lens = Lens { width: 480, height: 400, focal_px: 600.0, cx: 240.0, cy: 198.0, distortion: Distortion::default() };
-        let truth = Similarity { scale: 100.0, rotation: Rotation3::new(Vec3::new(0.4, -0.3, 0.2)).into_inner(), translation_mm: Vec3::new(5.0, -8.0, 30.0) };
+        let lens =
+            Lens { width: 480, height: 400, focal_px: 600.0, cx: 240.0, cy: 198.0, distortion: Distortion::default() };
+        let truth = Similarity {
+            scale: 100.0,
+            rotation: Rotation3::new(Vec3::new(0.4, -0.3, 0.2)).into_inner(),
+            translation_mm: Vec3::new(5.0, -8.0, 30.0),
+        };
         let (mut views, mut photos) = (Vec::new(), Vec::new());
         for i in 0..12 {
             let a = std::f64::consts::TAU * f64::from(i) / 12.0;
             let centre = Vec3::new(420.0 * a.cos(), 420.0 * a.sin(), 10.0);
             let forward = (Vec3::new(0.0, 0.0, 90.0) - centre).normalize();
             let right = Vec3::z().cross(&forward).normalize();
-            let rotation = Mat3::from_rows(&[right.transpose(), forward.cross(&right).transpose(), forward.transpose()]);
+            let rotation =
+                Mat3::from_rows(&[right.transpose(), forward.cross(&right).transpose(), forward.transpose()]);
             let view = View { lens, rotation, translation_mm: -(rotation * centre) };
             let sees = |y: usize, x: usize| {
                 let d = view.ray_in_tank(x as f64, y as f64);
                 let (a, b) = (d.x * d.x + d.y * d.y, centre.x * d.x + centre.y * d.y);
                 let root = b * b - a * (centre.x.powi(2) + centre.y.powi(2) - 3600.0);
                 let z = |t: f64| centre.z + t * d.z;
-                if root < 0.0 { return false; }
+                if root < 0.0 {
+                    return false;
+                }
                 let (near, far) = (z((-b - root.sqrt()) / a), z((-b + root.sqrt()) / a));
                 // A ray meets the closed cylinder where the part of it within the mantle meets 0..180.
                 near.min(far) <= 180.0 && near.max(far) >= 0.0

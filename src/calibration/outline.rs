@@ -10,8 +10,9 @@
 //! side of the first place. Stretches whose step is lost in the noise, or that leave the picture, are
 //! skipped.
 //!
-//! Which part of a ring outlines the tank: the near half where the camera stands inside of the ring's
-//! plane, the far half where it looks over it; a belt's inner edge shows its near half only.
+//! Always the near half of a ring is looked at, where the print on the outer wall ends. To a camera that looks over the
+//! rim (or up at the floor) the far half outlines the tank, but there the print is seen from behind, through walls that
+//! bend the light, or not at all.
 
 use super::adjust::{OutlinePoint, Ring};
 use crate::math::robust::median;
@@ -67,14 +68,11 @@ pub fn measure(
     }
     let toward = centre.y.atan2(centre.x);
     let half = (ring.radius_mm / distance).acos();
-    let near = ring.near_only || (centre.z - ring.z_mm) * ring.outward < 0.0;
-    let (middle, reach) =
-        if near { (toward, half) } else { (toward + std::f64::consts::PI, std::f64::consts::PI - half) };
-    let (low, high) = (middle - params.arc * reach, middle + params.arc * reach);
+    let (low, high) = (toward - params.arc * half, toward + params.arc * half);
 
     let mut columns: Vec<Column> = Vec::new();
     let mut azimuth = low;
-    let middle_mm = Vec3::new(ring.radius_mm * middle.cos(), ring.radius_mm * middle.sin(), ring.z_mm);
+    let middle_mm = Vec3::new(ring.radius_mm * toward.cos(), ring.radius_mm * toward.sin(), ring.z_mm);
     let (Some(a), Some(b)) = (pixel(view, &middle_mm), pixel(view, &(middle_mm + Vec3::z()))) else {
         return Vec::new();
     };

@@ -5,6 +5,7 @@ pub mod cameras_json;
 pub mod colmap;
 pub mod gltf;
 pub mod json;
+pub mod metashape;
 pub mod ome_zarr;
 pub mod photograph;
 pub mod picture;
