@@ -101,7 +101,8 @@ pub struct Registration {
 }
 
 /// Registers the views of `model` in the tank frame. `photos` are gray (0..255), one per view of the model; `shrunken`
-/// are read with method `chamfer` alone ([`super::chamfer::shrunken`]).
+/// are read with method `chamfer` alone ([`super::chamfer::shrunken`]); `focal_prior_px` is what the camera wrote into its
+/// photographs.
 ///
 /// # Errors
 /// Where the views give no axis, the points no cylinder, or too little is seen to hold the cameras.
@@ -110,7 +111,7 @@ pub fn register(
     photos: &[ArrayView2<u8>],
     shrunken: &[Array3<u8>],
     tank: &Tank,
-    focal_prior_px: Option<(f64, f64)>,
+    focal_prior_px: Option<f64>,
     params: &RegisterParams,
 ) -> Result<Registration> {
     params.check()?;
@@ -150,7 +151,9 @@ pub fn register(
                 redundancy: 1.0,
                 rings,
                 outline: Vec::new(),
-                focal_prior_px,
+                focal_prior_px: focal_prior_px
+                    .filter(|_| params.adjust.focal_sigma > 0.0)
+                    .map(|f| (f, params.adjust.focal_sigma * f)),
             };
             together(registration, network, model, photos, &begun, params)?
         }
