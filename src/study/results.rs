@@ -5,11 +5,13 @@ use super::folder::Fresh;
 use super::graph::StudyNodes;
 use super::lock::Lock;
 use super::settings::Settings;
+use crate::calibration::Registration;
 use crate::error::Result;
 use crate::flow::{Graph, Report};
 use crate::formats::{NamedView, cameras_json};
 use crate::report::page::Page;
 use crate::stages::extract;
+use crate::stages::pose_pictures::outline_name;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -50,6 +52,7 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) 
         if let Some(spread) = nodes.spread {
             fresh.put(report, spread, "trait_spread.csv", "trait_spread.csv")?;
         }
+        put_calibration(&fresh, nodes, report)?;
         fresh.write("report.html", page(settings, &batch.graph, nodes, report)?.as_bytes())?;
     }
     let made = study.points.iter().find_map(|p| made(p.planned.as_ref().ok().map(|(_, n)| n)?, report));
@@ -96,6 +99,23 @@ pub fn put_numbers(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Rep
     }
     let views: Vec<NamedView> = report.artefact(nodes.cameras)?.json("cameras")?;
     fresh.write(&format!("{prefix}cameras.json"), cameras_json::write(&views)?.as_bytes())
+}
+
+/// Puts what shows how the cameras were found, where the photographs gave them.
+fn put_calibration(fresh: &Fresh, nodes: &StudyNodes, report: &Report) -> Result<()> {
+    let Some(c) = &nodes.calibration else { return Ok(()) };
+    for name in ["mask.png", "deviation.png"] {
+        fresh.put(report, c.mask, name, &format!("calibration/{name}"))?;
+    }
+    fresh.put(report, c.pictures, "ring.svg", "calibration/ring.svg")?;
+    for photo in &nodes.photos {
+        let name = outline_name(photo);
+        fresh.put(report, c.pictures, &name, &format!("calibration/{name}"))?;
+    }
+    let registration: Registration = report.artefact(c.pose)?.json("registration")?;
+    let lens = registration.views.first().map(|v| v.lens);
+    let all = serde_json::json!({ "lens": lens, "quality": registration.quality, "warnings": registration.warnings });
+    fresh.write("calibration/calibration.json", format!("{all:#}\n").as_bytes())
 }
 
 /// Where an overlay of a photograph lies in the results.
