@@ -5,7 +5,6 @@ use super::{extract, read3};
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::picture;
-
 use crate::optics::{Tank, Vec3, View, ViewMap};
 use crate::report::overlay::{Mark, overlay};
 use crate::report::palette;
@@ -28,7 +27,7 @@ const OUT_OF_SIGHT_MM: f64 = 0.1;
 
 impl Stage for Overlay {
     const NAME: &'static str = "overlay";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
@@ -44,7 +43,7 @@ impl Stage for Overlay {
                 Some(Mark { u: p.u, v: p.v, colour: palette::distinct(r.component as usize) })
             })
             .collect();
-        let picture = overlay(photo.view(), &ideal, &self.tank, &marks, self.mark_radius_px);
+        let picture = overlay(photo, &ideal, &self.tank, &marks, self.mark_radius_px);
         output.bytes("overlay.jpg", &picture::jpeg(picture.view(), QUALITY)?)
     }
 }

@@ -3,7 +3,7 @@
 use super::hull::{area, circle, least_width, planar, spatial};
 use crate::optics::Vec3;
 use crate::roots::Root;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Matrix4, Vector4};
 
 /// Thickness of the slices of the slicewise hull, mm.
 const SLICE_MM: f64 = 1.0;
@@ -45,19 +45,22 @@ fn ellipsoid(points: &[Vec3]) -> [f64; 3] {
     if n < 4 {
         return [f64::NAN; 3];
     }
-    let lifted = DMatrix::from_fn(4, n, |row, k| if row < 3 { points[k][row] } else { 1.0 });
-    let mut weights = DVector::from_element(n, 1.0 / n as f64);
+    let lifted: Vec<Vector4<f64>> = points.iter().map(|p| p.push(1.0)).collect();
+    let mut weights = vec![1.0 / n as f64; n];
     for _ in 0..10_000 {
-        let moments = &lifted * DMatrix::from_diagonal(&weights) * lifted.transpose();
+        let mut moments = Matrix4::zeros();
+        for (p, w) in lifted.iter().zip(&weights) {
+            moments += p * (p * *w).transpose();
+        }
         let Some(inverse) = moments.try_inverse() else { return [f64::NAN; 3] };
-        let far: Vec<f64> = (0..n).map(|k| lifted.column(k).dot(&(&inverse * lifted.column(k)))).collect();
+        let far: Vec<f64> = lifted.iter().map(|p| p.dot(&(inverse * p))).collect();
         let most = (0..n).max_by(|&a, &b| far[a].total_cmp(&far[b])).unwrap_or(0);
         let excess = far[most] - 4.0;
         if excess < 4.0 * TOLERANCE {
             break;
         }
         let step = excess / (4.0 * (far[most] - 1.0));
-        weights *= 1.0 - step;
+        weights.iter_mut().for_each(|w| *w *= 1.0 - step);
         weights[most] += step;
     }
     let centre: Vec3 = points.iter().zip(weights.iter()).map(|(p, w)| p * *w).sum();
