@@ -61,12 +61,7 @@ impl Default for ChamferParams {
             band: 0.04,
             cut: CutParams::default(),
             scale_px: 1.0,
-            schedule: vec![
-                step(12, Loss::SoftL1),
-                step(6, Loss::Cauchy),
-                step(3, Loss::Cauchy),
-                step(1, Loss::Cauchy),
-            ],
+            schedule: vec![step(12, Loss::SoftL1), step(6, Loss::Cauchy), step(3, Loss::Cauchy), step(1, Loss::Cauchy)],
             tolerance: 1e-4,
             rounds: 100,
         }
@@ -310,27 +305,42 @@ mod tests {
     use crate::optics::{Distortion, Index, Mat3};
 
     fn tank() -> Tank {
-        Tank { radius_mm: 60.0, height_mm: 180.0, wall_mm: 4.0, water_level_mm: 14.0, index: Index::default(), belts_mm: vec![] }
+        Tank {
+            radius_mm: 60.0,
+            height_mm: 180.0,
+            wall_mm: 4.0,
+            water_level_mm: 14.0,
+            index: Index::default(),
+            belts_mm: vec![],
+        }
     }
 
     /// Twelve views of a bright tank before a dark room, drawn by intersecting rays.
     fn scene() -> (SparseModel, Vec<Array3<u8>>, Similarity) {
-        let lens = Lens { width: 480, height: 400, focal_px: 600.0, cx: 240.0, cy: 198.0, distortion: Distortion::default() };
-        let truth = Similarity { scale: 100.0, rotation: Rotation3::new(Vec3::new(0.4, -0.3, 0.2)).into_inner(), translation_mm: Vec3::new(5.0, -8.0, 30.0) };
+        let lens =
+            Lens { width: 480, height: 400, focal_px: 600.0, cx: 240.0, cy: 198.0, distortion: Distortion::default() };
+        let truth = Similarity {
+            scale: 100.0,
+            rotation: Rotation3::new(Vec3::new(0.4, -0.3, 0.2)).into_inner(),
+            translation_mm: Vec3::new(5.0, -8.0, 30.0),
+        };
         let (mut views, mut photos) = (Vec::new(), Vec::new());
         for i in 0..12 {
             let a = std::f64::consts::TAU * f64::from(i) / 12.0;
             let centre = Vec3::new(420.0 * a.cos(), 420.0 * a.sin(), 10.0);
             let forward = (Vec3::new(0.0, 0.0, 90.0) - centre).normalize();
             let right = Vec3::z().cross(&forward).normalize();
-            let rotation = Mat3::from_rows(&[right.transpose(), forward.cross(&right).transpose(), forward.transpose()]);
+            let rotation =
+                Mat3::from_rows(&[right.transpose(), forward.cross(&right).transpose(), forward.transpose()]);
             let view = View { lens, rotation, translation_mm: -(rotation * centre) };
             let sees = |y: usize, x: usize| {
                 let d = view.ray_in_tank(x as f64, y as f64);
                 let (a, b) = (d.x * d.x + d.y * d.y, centre.x * d.x + centre.y * d.y);
                 let root = b * b - a * (centre.x.powi(2) + centre.y.powi(2) - 3600.0);
                 let z = |t: f64| centre.z + t * d.z;
-                if root < 0.0 { return false; }
+                if root < 0.0 {
+                    return false;
+                }
                 let (near, far) = (z((-b - root.sqrt()) / a), z((-b + root.sqrt()) / a));
                 // A ray meets the closed cylinder where the part of it within the mantle meets 0..180.
                 near.min(far) <= 180.0 && near.max(far) >= 0.0

@@ -307,8 +307,11 @@ mod tests {
             if from[sink] == usize::MAX {
                 return flow;
             }
-            let path: Vec<(usize, usize)> =
-                std::iter::successors(Some(sink), |&p| (p != source).then(|| from[p])).collect::<Vec<_>>().windows(2).map(|w| (w[1], w[0])).collect();
+            let path: Vec<(usize, usize)> = std::iter::successors(Some(sink), |&p| (p != source).then(|| from[p]))
+                .collect::<Vec<_>>()
+                .windows(2)
+                .map(|w| (w[1], w[0]))
+                .collect();
             let least = path.iter().map(|&(a, b)| capacity[a][b]).fold(f64::INFINITY, f64::min);
             for (a, b) in path {
                 capacity[a][b] -= least;

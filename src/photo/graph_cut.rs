@@ -82,12 +82,8 @@ pub fn cut(picture: ArrayView3<u8>, known: ArrayView2<Known>, params: &CutParams
 }
 
 /// The four neighbours after a pixel, (down, right), with one over their distance.
-const AFTER: [(usize, isize, f64); 4] = [
-    (0, 1, 1.0),
-    (1, 0, 1.0),
-    (1, 1, std::f64::consts::FRAC_1_SQRT_2),
-    (1, -1, std::f64::consts::FRAC_1_SQRT_2),
-];
+const AFTER: [(usize, isize, f64); 4] =
+    [(0, 1, 1.0), (1, 0, 1.0), (1, 1, std::f64::consts::FRAC_1_SQRT_2), (1, -1, std::f64::consts::FRAC_1_SQRT_2)];
 
 /// Calls `take` for every pair of neighbours.
 fn pairs(h: usize, w: usize, mut take: impl FnMut((usize, usize), (usize, usize), f64)) {
@@ -256,7 +252,13 @@ mod tests {
         let noise = |y: usize, x: usize, c: usize| (y * 7919 + x * 104_729 + c * 31) % 23;
         let picture = Array3::from_shape_fn((60, 60, 3), |(y, x, c)| {
             // The object is speckled in two colours, the room is a third one.
-            let base = if !disc(y, x) { [90, 95, 100] } else if (y / 3 + x / 3) % 2 == 0 { [200, 190, 180] } else { [40, 35, 60] };
+            let base = if !disc(y, x) {
+                [90, 95, 100]
+            } else if (y / 3 + x / 3) % 2 == 0 {
+                [200, 190, 180]
+            } else {
+                [40, 35, 60]
+            };
             (base[c] + noise(y, x, c)) as u8
         });
         let known = Array2::from_shape_fn((60, 60), |(y, x)| match (y as f64 - 30.0).hypot(x as f64 - 30.0) {
