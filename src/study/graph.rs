@@ -34,6 +34,7 @@ use crate::stages::rootness::Rootness;
 use crate::stages::sfm::{Sfm, installed};
 use crate::stages::sfm_known::SfmKnown;
 use crate::stages::sfm_mask::SfmMask;
+use crate::stages::sight::Sight;
 use crate::stages::slices::Slices;
 use crate::stages::spread::Spread;
 use crate::stages::suppress::Suppress;
@@ -73,6 +74,8 @@ pub struct StudyNodes {
     pub volume: NodeId,
     /// Its labels.
     pub labels: NodeId,
+    /// What is seen of the water.
+    pub sight: NodeId,
     /// One overlay per photograph.
     pub overlays: Vec<NodeId>,
     /// The traced roots on each photograph.
@@ -105,7 +108,7 @@ impl StudyNodes {
     pub fn targets(&self) -> Vec<NodeId> {
         let mut targets = self.numbers();
         targets.extend(self.measures());
-        targets.extend([self.volume, self.labels]);
+        targets.extend([self.volume, self.labels, self.sight]);
         targets.extend(&self.overlays);
         targets.extend(self.calibration.as_ref().map(|c| c.pictures));
         targets.extend(&self.root_overlays);
@@ -235,6 +238,9 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     let labels = graph.add("labels", Labels { grid: s.grid }, &[("system", &[system])]);
     let slices = s.report.slice.map(|depth_mm| Slices::at(depth_mm, &s.grid)).transpose()?;
     let slices = slices.map(|stage| graph.add("slices", stage, &[("merged", &[merged]), ("rootness", &[rootness])]));
+    let of_truth = truth.as_slice();
+    let sight = Sight { grid: s.grid, tank: s.true_tank.clone(), min_views: s.merge.min_views };
+    let sight = graph.add("sight", sight, &[("merged", &[merged][..]), ("truth", of_truth)]);
     let params = ScoreParams {
         z_min_mm: s.truth.z_min,
         z_max_mm: s.truth.z_max.unwrap_or(s.grid.spacing_mm * s.grid.shape[0] as f64 - 2.0),
@@ -264,6 +270,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         traits,
         volume,
         labels,
+        sight,
         overlays,
         root_overlays,
         spread,

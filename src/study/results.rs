@@ -7,6 +7,7 @@ use super::lock::Lock;
 use super::settings::Settings;
 use crate::calibration::Registration;
 use crate::error::Result;
+use crate::evaluation::{Band, Sight};
 use crate::flow::{Graph, Report};
 use crate::formats::{NamedView, cameras_json};
 use crate::report::page::Page;
@@ -129,6 +130,8 @@ fn page(settings: &Settings, graph: &Graph, nodes: &StudyNodes, report: &Report)
     let roots: Vec<_> =
         extract::read(&report.artefact(nodes.extract)?)?.iter().map(|r| (r.point_mm, r.component)).collect();
     let score = nodes.score.map(|n| report.artefact(n)?.json("score")).transpose()?;
+    let bands: Option<Vec<Band>> = nodes.score.map(|n| report.artefact(n)?.json("bands")).transpose()?;
+    let sight: Vec<Sight> = report.artefact(nodes.sight)?.json("sight")?;
     let (mut parameters, mut warnings) = (BTreeMap::new(), Vec::new());
     let mut warned: BTreeMap<&str, usize> = BTreeMap::new();
     for node in graph.nodes() {
@@ -150,6 +153,8 @@ fn page(settings: &Settings, graph: &Graph, nodes: &StudyNodes, report: &Report)
         grid: &settings.grid,
         roots: &roots,
         score: score.as_ref(),
+        sight: &sight,
+        bands: bands.as_deref().unwrap_or_default(),
         settings: &parameters.into_iter().collect::<Vec<_>>(),
         warnings: &warnings,
         overlays: &overlays,
