@@ -1,5 +1,5 @@
-//! From photograph to voxels: cost of each step, and what the paper's two-step search costs in accuracy against
-//! the exact inverse.  `cargo bench --bench render`; one thread: `RAYON_NUM_THREADS=1 cargo bench --bench render`.
+//! From photograph to voxels: cost of each step.
+//! `cargo bench --bench render`; one thread: `RAYON_NUM_THREADS=1 cargo bench --bench render`.
 //!
 //! The scene is the paper's: tank of 90 mm, 171 x 171 x 180 voxels of 1 mm, a camera 39 cm before the wall; the
 //! picture is noise, which costs as much as any.
@@ -11,11 +11,10 @@ use ndarray::Array4;
 use rootvox::optics::inverse::{LANES, March};
 use rootvox::optics::{Distortion, Index, Lens, Mat3, Tank, Vec3, View, ViewMap};
 use rootvox::photo::{self, Picture};
-use rootvox::volume::patch_rbf::{PatchRbf, PatchRbfRenderer, lattice};
-use rootvox::volume::{Grid, RenderOptions, ViewRenderer};
+use rootvox::volume::patch_rbf::lattice;
+use rootvox::volume::{Grid, PatchMap, PatchRbf, PatchRbfRenderer, RenderOptions, ViewRenderer};
 
 fn main() {
-    map_error();
     divan::main();
 }
 
@@ -128,40 +127,8 @@ fn patch_rbf_lattice(bencher: Bencher) {
 fn patch_rbf_render(bencher: Bencher) {
     let (picture, grid) = (picture(1), grid());
     let nodes = lattice(&view(1), &tank(), &grid, &PatchRbf::default()).expect("sizes are not zero");
-    let renderer = PatchRbfRenderer::new(&view(1), &tank(), &picture, PatchRbf::default(), nodes.view());
+    let map = PatchMap::new(&view(1), &tank(), &grid, PatchRbf::default(), nodes);
+    let renderer = PatchRbfRenderer::new(map, &picture);
     let mut out = Array4::zeros((180, 171, 171, 4));
-    bencher.bench_local(|| renderer.render_slab(&grid, 0..180, out.view_mut()));
-}
-
-/// Distance in px between the pixels of both methods, over a sample of the voxels that the exact inverse sees.
-fn map_error() {
-    let (grid, tank, view) = (grid(), tank(), view(1));
-    let nodes = lattice(&view, &tank, &grid, &PatchRbf::default()).expect("sizes are not zero");
-    let search = PatchRbfRenderer::new(&view, &tank, &picture(1), PatchRbf::default(), nodes.view());
-    let map = ViewMap::new(&view.ideal(), &tank).expect("a camera outside");
-    let (mut inside, mut near_wall, mut without) = (Vec::new(), Vec::new(), 0usize);
-    for k in (30..180).step_by(6) {
-        for j in (0..171).step_by(5) {
-            for i in (0..171).step_by(5) {
-                let point = grid.point_mm(f64::from(k), f64::from(j), f64::from(i));
-                let Some(exact) = map.project(&point) else { continue };
-                if !exact.clear || exact.distance_mm > 0.0 {
-                    continue;
-                }
-                let Some((u, v)) = search.pixel(&grid, [k as usize, j as usize, i as usize]) else {
-                    without += 1;
-                    continue;
-                };
-                let error = (u - exact.u).hypot(v - exact.v);
-                if point.xy().norm() > 75.0 { near_wall.push(error) } else { inside.push(error) }
-            }
-        }
-    }
-    eprintln!("map error of patch-rbf against the exact inverse, px (968 x 648):");
-    for (name, mut errors) in [("more than 10 mm from the wall", inside), ("within 10 mm of the wall", near_wall)] {
-        errors.sort_by(f64::total_cmp);
-        let at = |q: f64| errors[((errors.len() - 1) as f64 * q) as usize];
-        eprintln!("  {name}: median {:.3}, p95 {:.3}, max {:.3} ({} voxels)", at(0.5), at(0.95), at(1.0), errors.len());
-    }
-    eprintln!("  seen by the exact inverse, without a pixel in patch-rbf: {without}");
+    bencher.bench_local(|| renderer.render_slab(0..180, out.view_mut()));
 }

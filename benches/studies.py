@@ -122,10 +122,12 @@ def sweeps(rootvox, folder, data):
 
 
 def big(rootvox, folder, _data):
-    study(folder, '[truth]\nroots = "roots.json"\n[sweep]\nextract.high = { from = 0.7, to = 3.0, count = 5000 }\n', views=6)
-    (folder / "capture.toml").write_text(SIMULATED % 6)
+    coarse = SIMULATED.replace("spacing = 1.0", "spacing = 2.0") % 6
+    sweep = "[sweep]\nextract.high = { from = 0.7, to = 3.0, count = 10000 }\n"
+    (folder / "study.toml").write_text(coarse + sweep)
+    (folder / "capture.toml").write_text(coarse)
     wall, cpu, text = run([rootvox, "run", "study.toml"], folder)
-    say(f"a sweep of 5000 points, {counts(text)[2]} nodes ran", wall, cpu)
+    say(f"a sweep of 10000 points, {counts(text)[2]} nodes ran", wall, cpu)
     wall, cpu, text = best([rootvox, "status", "capture.toml"], folder)
     say("status of a study beside them", wall, cpu, "goal 300 ms")
     wall, cpu, text = best([rootvox, "status", "study.toml"], folder, 3)
@@ -144,6 +146,24 @@ def reruns(rootvox, folder, data):
             wall, cpu, text = run([rootvox, "rerun", f"{name}/bench/study.lock", "--cache", f"empty-{name}-{threads}",
                                    "--threads", threads], folder)
             say(f"rerun {name}, {threads} thread(s): {text.splitlines()[0]}", wall, cpu)
+
+
+def remaining(rootvox, folder, _data):
+    """How the estimate of the time left compares with the time that was left, from the first tenth of the run on."""
+    quickstart = Path(__file__).resolve().parent.parent / "pipelines/quickstart.toml"
+    run([rootvox, "run", quickstart], folder)
+    for change in ("simulate.seed=12", "render.sampling=point", "grid.spacing=0.6"):
+        run([rootvox, "run", quickstart, "--set", change, "--trace", "trace.json"], folder)
+        events = json.loads((folder / "trace.json").read_text())["traceEvents"]
+        begin = min(e["ts"] for e in events if e["ph"] == "X")
+        end = max(e["ts"] + e.get("dur", 0) for e in events)
+        left = [(e["ts"], e["args"]["s"]) for e in events if e["ph"] == "C"]
+        # Below 5 s nothing is shown.
+        shown = [(s * 1e6) / (end - ts) for ts, s in left if ts > begin + 0.1 * (end - begin) and end - ts > 5e6]
+        if shown:
+            held = sum(abs(ratio - 1.0) <= 0.3 for ratio in shown)
+            print(f"time left, {change}, {(end - begin) / 1e6:.0f} s: estimate / truth {min(shown):.2f} to {max(shown):.2f}, "
+                  f"{held} of {len(shown)} within 30 %", flush=True)
 
 
 def two(rootvox, folder, _data):
@@ -169,7 +189,7 @@ def two(rootvox, folder, _data):
 
 
 def main():
-    parts = {f.__name__: f for f in (warm, sweeps, big, reruns, two)}
+    parts = {f.__name__: f for f in (warm, sweeps, big, reruns, remaining, two)}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("rootvox", type=Path)
     parser.add_argument("--data", type=Path)

@@ -65,7 +65,13 @@ impl Error {
 
     /// An error of reading or writing the file at `path`.
     pub fn io(what: &str, path: &std::path::Path, cause: impl fmt::Display) -> Self {
-        Self::failed(format!("cannot {what} `{}`: {cause}", path.display()))
+        let error = Self::failed(format!("cannot {what} `{}`: {cause}", path.display()));
+        // Causes come through libraries as text.
+        let is_full =
+            ["No space left on device", "Disk quota exceeded"].iter().any(|full| error.message.contains(full));
+        let make_room =
+            "make room, for example with `rootvox cache gc --keep 20GiB`, and run again: finished nodes are kept";
+        if is_full { error.help(make_room) } else { error }
     }
 
     fn new(kind: Kind, message: impl Into<String>) -> Self {

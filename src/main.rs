@@ -3,6 +3,8 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    // `rootvox status STUDY | head` ends quietly, as programs in pipes do.
+    sigpipe::reset();
     match rootvox::cli::run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -125,6 +125,42 @@ impl Forward<'_> {
     }
 }
 
+/// Whether moving the point by a thousandth of a mm takes it beyond the fold, or back within it.
+fn is_at_fold(map: &ViewMap, point: &Vec3) -> bool {
+    let is_regular = |p: &Vec3| map.project(p).is_some_and(|seen| seen.distance_mm < 1e-9);
+    let here = is_regular(point);
+    [Vec3::x(), Vec3::y(), Vec3::z()].iter().any(|e| {
+        [1e-3, -1e-3].iter().any(|step| {
+            let moved = point + e * *step;
+            is_regular(&moved) != here
+        })
+    })
+}
+
+prop_compose! {
+    fn tanks()(
+        radius in 40.0..150.0f64, wall in 0.02..0.15f64, thick in prop::bool::weighted(0.2),
+        wall_index in 1.33..1.6f64, water_index in 1.3..1.45f64,
+    ) -> Tank {
+        let wall_mm = if thick { 2.0 * wall } else { wall } * radius;
+        let index = Index { air: 1.0, wall: wall_index, water: water_index };
+        Tank { radius_mm: radius, height_mm: 250.0, wall_mm, water_level_mm: 12.0, index, belts_mm: vec![] }
+    }
+}
+
+prop_compose! {
+    fn scenes()(
+        tank in tanks(), away in 2.0..10.0f64, azimuth in -3.2..3.2f64, tilt in -0.6..0.6f64,
+        aside in -0.3..0.3f64, roll in -3.2..3.2f64,
+    ) -> (Tank, Vec3, View) {
+        let radius = tank.radius_mm;
+        let r0 = away * radius;
+        let centre = Vec3::new(r0 * azimuth.cos(), r0 * azimuth.sin(), 125.0 + tilt * (r0 - radius));
+        let target = Vec3::new(-aside * radius * azimuth.sin(), aside * radius * azimuth.cos(), 125.0);
+        (tank, centre, camera(centre, target, roll, 900.0 * away / 5.0))
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
 
@@ -132,46 +168,75 @@ proptest! {
     /// 1e-3 mm of the fold.
     #[test]
     fn the_inverse_finds_what_a_dense_search_finds(
-        radius in 40.0..150.0f64, wall in 0.02..0.15f64, wall_index in 1.33..1.6f64, water_index in 1.3..1.45f64,
-        away in 2.0..10.0f64, azimuth in -3.2..3.2f64, tilt in -0.6..0.6f64, aside in -0.3..0.3f64, roll in -3.2..3.2f64,
-        rho in 0.0..1.0f64, turn in -3.2..3.2f64, depth in 0.2..0.8f64, near_wall in any::<bool>(),
+        (tank, centre, view) in scenes(), rho in 0.0..1.0f64, turn in -3.2..3.2f64, depth in 0.2..0.8f64,
+        near_wall in any::<bool>(),
     ) {
-        let tank = Tank {
-            radius_mm: radius, height_mm: 250.0, wall_mm: wall * radius, water_level_mm: 12.0,
-            index: Index { air: 1.0, wall: wall_index, water: water_index }, belts_mm: vec![],
-        };
-        let r0 = away * radius;
-        let centre = Vec3::new(r0 * azimuth.cos(), r0 * azimuth.sin(), 125.0 + tilt * (r0 - radius));
-        let target = Vec3::new(-aside * radius * azimuth.sin(), aside * radius * azimuth.cos(), 125.0);
-        let view = camera(centre, target, roll, 900.0 * away / 5.0);
         let rho = tank.inner_radius_mm() * if near_wall { 1.0 - 0.01 * rho } else { rho.sqrt() };
         let point = Vec3::new(rho * turn.cos(), rho * turn.sin(), depth * tank.height_mm);
 
         let forward = Forward { tank: &tank, centre, azimuth: centre.y.atan2(centre.x) };
         let reference = forward.search(&point);
-        let exact = ViewMap::new(&view, &tank).unwrap().project(&point);
-        match (reference, exact) {
+        let map = ViewMap::new(&view, &tank).unwrap();
+        match (reference, map.project(&point)) {
             (Some((side, z)), Some(exact)) => {
                 let (u, v) = view.pixel_of_direction(&forward.direction(side, z)).unwrap();
                 prop_assert!(exact.distance_mm < 1e-3, "reference {u} {v}, inverse {exact:?}");
                 prop_assert!((exact.u - u).hypot(exact.v - v) < 1e-3, "reference {u} {v}, inverse {exact:?}");
             }
-            (None, Some(exact)) => {
-                // The search ends at the wall's rim and underside, and at the silhouette's last thousandth.
-                let reached = exact.wall_z_mm > 0.0 && exact.wall_z_mm < tank.height_mm;
-                let view_from = view.ray_in_tank(exact.u, exact.v);
-                let at_fold = trace(&tank, &centre, &view_from).is_none_or(|ray| {
-                    let sideways = (ray.p1_mm.y.atan2(ray.p1_mm.x) - centre.y.atan2(centre.x)).cos();
-                    sideways < (radius / r0) + 0.01
-                });
-                prop_assert!(!reached || at_fold || exact.distance_mm > 0.0, "only the inverse: {exact:?}");
+            // What the search has missed must be a regular ray through the point, traced forward.
+            (None, Some(exact)) if exact.distance_mm < 1e-9 => {
+                let ray = trace(&tank, &centre, &view.ray_in_tank(exact.u, exact.v)).expect("a ray of the inverse");
+                let side = ray.p1_mm.y.atan2(ray.p1_mm.x) - forward.azimuth;
+                let side = side.sin().atan2(side.cos());
+                let miss = forward.miss(side, ray.p1_mm.z, &point).map_or(f64::INFINITY, |m| m[0].hypot(m[1]));
+                let confirmed = miss < 1e-4 && forward.is_regular(side, ray.p1_mm.z) == Some(true);
+                prop_assert!(confirmed || is_at_fold(&map, &point), "only the inverse, by {miss} mm: {exact:?}");
             }
             (Some((side, z)), None) => {
                 // Rays steeper than 48 degrees are left out by definition.
                 let steep = forward.direction(side, z).z.abs() > 0.7499;
                 prop_assert!(steep, "only the reference: {side} {z}");
             }
-            (None, None) => {}
+            (None, _) => {}
+        }
+    }
+
+    /// Just within the fold every point of a ray is seen where the ray came from; just beyond it the ray itself is
+    /// never taken for a regular one.
+    #[test]
+    fn the_fold_lies_where_traced_rays_turn(
+        (tank, centre, view) in scenes(), height in 0.3..0.7f64, left: bool, away in -6.0..-2.0f64, along in 0.0..1.0f64,
+    ) {
+        let forward = Forward { tank: &tank, centre, azimuth: centre.y.atan2(centre.x) };
+        let z = height * tank.height_mm;
+        let sign = if left { -1.0 } else { 1.0 };
+        // The fold among the rays to this height of the wall: the first one that is not regular.
+        let is_regular = |part: f64| forward.is_regular(sign * part * forward.widest(), z) == Some(true);
+        prop_assume!(is_regular(1e-3));
+        let first = (1..=200).map(|n| f64::from(n) / 201.0).find(|&part| !is_regular(part));
+        let (mut low, mut high) = first.map_or((1.0 - 1e-6, 1.0 - 1e-6), |part| (part - 1.0 / 201.0, part));
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if is_regular(middle) { low = middle } else { high = middle }
+        }
+        let map = ViewMap::new(&view, &tank).unwrap();
+        for (part, regular) in [(low * (1.0 - 10f64.powf(away)), true), (high * (1.0 + 10f64.powf(away)), false)] {
+            let side = sign * part * forward.widest();
+            let direction = forward.direction(side, z);
+            if direction.z.abs() > 0.7 || forward.is_regular(side, z) != Some(regular) {
+                continue;
+            }
+            let Some(ray) = forward.ray(side, z) else { continue };
+            let point = ray.p2_mm + (ray.p3_mm - ray.p2_mm) * along;
+            let Some(seen) = map.project(&point) else { continue };
+            let (u, v) = view.pixel_of_direction(&direction).unwrap();
+            let apart = (seen.u - u).hypot(seen.v - v);
+            if regular {
+                prop_assert!(seen.distance_mm < 1e-3, "{seen:?} for {u} {v}");
+                prop_assert!(apart < 1e-3 || is_at_fold(&map, &point), "{seen:?} for {u} {v}");
+            } else {
+                prop_assert!(apart > 1e-9 || is_at_fold(&map, &point), "{seen:?} is the irregular ray {u} {v}");
+            }
         }
     }
 }

@@ -1,9 +1,8 @@
 //! The score against figures of an independent script of the same definitions (numpy, scipy's k-d tree), stored in
 //! `data/score/expected.json`: polylines, the same turned by 123.4° with the turn left free, and bare voxels.
 
-use rootvox::evaluation::{Found, ScoreParams, score};
-use rootvox::formats::points_csv::{self, Points};
-use rootvox::formats::{roots_json, tank_json};
+use rootvox::evaluation::{ScoreParams, score};
+use rootvox::formats::{points_csv, roots_json, tank_json};
 
 fn check(table: &str, params: &ScoreParams) {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/score");
@@ -11,11 +10,7 @@ fn check(table: &str, params: &ScoreParams) {
     let tank = tank_json::parse("tank.json", &text("tank.json")).unwrap();
     let truth = roots_json::parse("roots.json", &text("roots.json")).unwrap();
     let points = points_csv::parse(table, text(&format!("{table}.csv")).as_bytes()).unwrap();
-    let found = match &points {
-        Points::Bare(points) => Found::Points(points),
-        Points::Lines(lines) => Found::Lines(lines),
-    };
-    let ours = score(&truth, &tank, found, params).unwrap();
+    let ours = score(&truth, &tank, points.found(), params).unwrap();
     let expected: serde_json::Value = serde_json::from_str(&text("expected.json")).unwrap();
     let same = |key: &str, value: f64| {
         let wanted = expected[table][key].as_f64().unwrap();

@@ -5,6 +5,7 @@
 //! the tank's silhouettes (the paper's way), and [`adjust`] adjusts cameras, lens and belt points together.
 
 pub mod adjust;
+pub mod chamfer;
 pub mod masks;
 pub mod outline;
 pub mod patches;

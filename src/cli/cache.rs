@@ -59,9 +59,12 @@ enum Action {
     Verify {
         #[command(flatten)]
         store: StoreOptions,
-        /// Remove what is damaged, so that it is computed again when asked for.
+        /// Remove what is damaged: it is computed again when asked for.
         #[arg(long)]
         repair: bool,
+        /// With --repair, compute what was removed again at once, where these studies need it.
+        #[arg(long, value_name = "STUDY", num_args = 1.., requires = "repair")]
+        study: Vec<PathBuf>,
     },
     /// Make the store smaller. Whatever goes is computed again when asked for.
     Gc {
@@ -91,7 +94,7 @@ impl Cache {
     pub fn run(&self) -> Result<()> {
         match &self.action {
             Action::Ls { store, stage } => {
-                for listed in open(store)?.list()? {
+                for listed in store.existing()?.list()? {
                     let m = &listed.manifest;
                     if stage.as_ref().is_none_or(|s| *s == m.stage) {
                         let size = if m.is_virtual { "no values".into() } else { human_bytes(m.bytes()) };
@@ -100,7 +103,7 @@ impl Cache {
                 }
             }
             Action::Du { store, study } => {
-                let store = open(store)?;
+                let store = store.existing()?;
                 let (mut nodes, mut total) = (0, 0);
                 for (stage, usage) in store.usage()? {
                     println!(
@@ -116,40 +119,21 @@ impl Cache {
                 by_study(&store, &reaches(&store, study)?)?;
             }
             Action::Pin { store, study } => {
-                let store = open(store)?;
+                let store = store.existing()?;
                 for reach in reaches(&store, study)? {
                     store.pin(&reach.name, &reach.keys)?;
                     println!("pinned `{}`: {} nodes", reach.name, reach.keys.len());
                 }
             }
-            Action::Unpin { store, name } => open(store)?.unpin(name)?,
+            Action::Unpin { store, name } => store.existing()?.unpin(name)?,
             Action::Pins { store } => {
-                let store = open(store)?;
+                let store = store.existing()?;
                 let pins = store.pins()?;
                 let reaches: Vec<Reach> =
                     pins.into_iter().map(|(name, keys)| Reach { name, keys, pending: 0 }).collect();
                 by_study(&store, &reaches)?;
             }
-            Action::Verify { store, repair } => {
-                let cancel = super::cancel::flag()?;
-                let stopped = || cancel.load(std::sync::atomic::Ordering::Relaxed);
-                let verdict =
-                    open(store)?.verify(*repair, &|_, _| if stopped() { Err(Error::interrupted()) } else { Ok(()) })?;
-                for bad in &verdict.bad {
-                    println!("bad: {}: {}", bad.folder.display(), bad.cause);
-                }
-                println!(
-                    "{} nodes, {} read: {} bad, {} removed",
-                    verdict.nodes,
-                    human_bytes(verdict.bytes),
-                    verdict.bad.len(),
-                    verdict.removed
-                );
-                if verdict.bad.len() > verdict.removed {
-                    return Err(Error::failed(format!("{} nodes are damaged", verdict.bad.len()))
-                        .help("`rootvox cache verify --repair` removes them; the next run computes them again"));
-                }
-            }
+            Action::Verify { store, repair, study } => super::verify::verify(&store.existing()?, *repair, study)?,
             Action::Gc { store, keep, older_than, reachable, dry_run } => {
                 if keep.is_none() && older_than.is_none() && reachable.is_empty() {
                     return Err(Error::usage("cache gc: nothing says what may go").help(
@@ -158,7 +142,7 @@ impl Cache {
                 }
                 let age = older_than.map(|days| Duration::try_from_secs_f64(days * 86_400.0));
                 let max_age = age.transpose().map_err(|e| Error::usage(format!("--older-than: {e}")))?;
-                let store = open(store)?;
+                let store = store.existing()?;
                 let wanted = reaches(&store, reachable)?.into_iter().flat_map(|reach| reach.keys).collect();
                 let keep_only = (!reachable.is_empty()).then_some(wanted);
                 let rules = Collect { max_bytes: *keep, max_age, keep_only, dry_run: *dry_run };
@@ -204,13 +188,4 @@ fn by_study(store: &Store, reaches: &[Reach]) -> Result<()> {
         println!("{:24} {:6} nodes {all:>10}  alone {alone:>10}", own.name, held.len());
     }
     Ok(())
-}
-
-/// Opens a store that is there already.
-fn open(store: &StoreOptions) -> Result<Store> {
-    if !store.cache.is_dir() {
-        return Err(Error::usage(format!("there is no store `{}`", store.cache.display()))
-            .help("name it with --cache or ROOTVOX_CACHE; `rootvox run` makes one"));
-    }
-    Store::open(&store.cache)
 }

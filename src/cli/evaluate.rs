@@ -1,26 +1,29 @@
 //! `rootvox evaluate`: a result against a truth.
 
-use super::score_table::table;
+use super::score_table::{cameras_line, detail_table, table, traits_table};
 use crate::error::{Error, Result};
-use crate::evaluation::{CameraErrors, Found, ScoreParams, camera_errors, detail, score};
+use crate::evaluation::{CameraErrors, ScoreParams, camera_errors, detail, hits, score, trait_errors};
 use crate::formats::points_csv::{self, Points};
-use crate::formats::{NamedView, cameras_json, roots_json, tank_json};
-use crate::optics::{Tank, View};
+use crate::formats::{NamedView, cameras_json, picture, roots_json, tank_json};
+use crate::optics::Tank;
+use crate::report::hits::hits_picture;
 use clap::Args;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Score a result against the true roots: precision, recall and F1 at several tolerances.
+/// Score a result against the true roots: precision, recall and F1 at several tolerances, and where it is right.
 ///
 /// Precision is the share of reconstructed points within the tolerance of a true centreline, recall the share
 /// of the true centrelines (sampled every 0.25 mm) with a reconstructed point within it, F1 their harmonic mean.
+/// Classes of diameter, depth and distance to the wall count points within 1 mm, tips and branch points within 2 mm.
+/// Of a results folder both the root voxels and the traced roots are scored, and the cameras where the truth has some.
 ///
 /// Example:
-///   rootvox evaluate results/quickstart captures/quickstart
+///   rootvox evaluate results/quickstart captures/quickstart --picture hits.png
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Evaluate {
-    /// A results folder, or a CSV table with x_mm, y_mm, z_mm (with root_id: polylines; `roots.csv` of a result: roots).
+    /// A results folder, or a CSV table with x_mm, y_mm, z_mm (with root_id: polylines; as roots.csv: roots).
     result: PathBuf,
     /// Folder with roots.json and tank.json.
     truth: PathBuf,
@@ -37,23 +40,26 @@ pub struct Evaluate {
     /// fix the tank frame only up to that turn.
     #[arg(long)]
     free_azimuth: bool,
+    /// Draw truth and result (PNG): light grey what was found, red what was missed, blue what is not there.
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
     /// Write JSON instead of a table.
     #[arg(long)]
     json: bool,
 }
 
+/// Scale of the picture.
+const PX_PER_MM: f64 = 4.0;
+
 impl Evaluate {
     /// Prints the score.
     ///
     /// # Errors
-    /// Where a file is missing or malformed, or no true root lies in the region.
+    /// Where a file is missing or malformed, no true root lies in the region, or the picture cannot be written.
     #[expect(clippy::print_stdout, reason = "the score is the data")]
     pub fn run(&self) -> Result<()> {
-        let points_path = if self.result.is_dir() { self.result.join("root_voxels.csv") } else { self.result.clone() };
-        let bytes = fs::read(&points_path).map_err(|e| missing(&points_path, &e, "a results folder or a CSV table"))?;
-        let points = points_csv::parse(&points_path.display().to_string(), &bytes)?;
         let roots_path = self.truth.join("roots.json");
-        let roots = roots_json::parse(&roots_path.display().to_string(), &text(&roots_path)?)?;
+        let truth = roots_json::parse(&roots_path.display().to_string(), &text(&roots_path)?)?;
         let tank_path = self.truth.join("tank.json");
         let tank = tank_json::parse(&tank_path.display().to_string(), &text(&tank_path)?)?;
         let params = ScoreParams {
@@ -62,41 +68,46 @@ impl Evaluate {
             tolerances_mm: self.tolerances.clone(),
             free_azimuth: self.free_azimuth,
         };
-        let found = match &points {
-            Points::Bare(points) => Found::Points(points),
-            Points::Lines(lines) => Found::Lines(lines),
-            Points::Roots(roots) => Found::Roots(roots),
+        let tables = if self.result.is_dir() {
+            vec![("root voxels", self.result.join("root_voxels.csv")), ("traced roots", self.result.join("roots.csv"))]
+        } else {
+            vec![("result", self.result.clone())]
         };
-        let score = score(&roots, &tank, found, &params)?;
-        let detail = detail(&roots, &tank, found, &params, score.turned_deg)?;
-        let cameras = self.camera_errors(&tank)?;
-        if self.json {
-            let all = serde_json::json!({ "score": score, "detail": detail, "cameras": cameras });
-            println!("{all:#}");
-            return Ok(());
-        }
-        println!("{}", table(&score));
-        if let Some(d) = detail.hausdorff95_mm {
-            println!("95 % of all distances are within {d:.2} mm");
-        }
-        for (name, ends) in [("tips", detail.tips), ("branch points", detail.branch_points)] {
-            if let Some(m) = ends {
-                let (true_ends, found) = (m.truth, m.found);
-                println!("{name}: {true_ends} true, {found} found, {} within 2 mm of each other", m.matched);
+        let mut all = serde_json::Map::new();
+        let mut lines = Vec::new();
+        for (n, (what, path)) in tables.into_iter().enumerate() {
+            // A result without traced roots is one still.
+            if n > 0 && !path.is_file() {
+                continue;
+            }
+            let bytes = fs::read(&path).map_err(|e| missing(&path, &e, "a results folder or a CSV table"))?;
+            let points = points_csv::parse(&path.display().to_string(), &bytes)?;
+            let score = score(&truth, &tank, points.found(), &params)?;
+            let detail = detail(&truth, &tank, points.found(), &params, score.turned_deg)?;
+            lines.push(format!("{what}\n{}\n{}", table(&score), detail_table(&detail)));
+            let mut judged = serde_json::json!({ "score": score, "detail": detail });
+            if let Points::Roots(roots) = &points {
+                let traits = trait_errors(&truth, &tank, roots, &params, score.turned_deg)?;
+                lines.push(traits_table(&traits));
+                judged["traits"] = serde_json::json!(traits);
+            }
+            all.insert(what.replace(' ', "_"), judged);
+            if n == 0
+                && let Some(picture) = &self.picture
+            {
+                let hits = hits(&truth, &tank, points.found(), &params, score.turned_deg)?;
+                let png = picture::png(hits_picture(&hits, &tank, PX_PER_MM).view())?;
+                fs::write(picture, png).map_err(|e| Error::io("write", picture, e))?;
             }
         }
-        if let Some(c) = cameras {
-            println!(
-                "cameras: {} views; axis tilted by {:.3}°, off by {:.3} mm; height {:+.3} mm; scale {:+.4} %; \
-                 points in the water {:.3} px rms",
-                c.views,
-                c.axis_tilt_deg,
-                c.axis_offset_mm,
-                c.height_mm,
-                c.scale * 100.0,
-                c.water_rms_px
-            );
+        let cameras = self.camera_errors(&tank)?;
+        if self.json {
+            all.insert("cameras".into(), serde_json::json!(cameras));
+            println!("{:#}", serde_json::Value::Object(all));
+            return Ok(());
         }
+        lines.extend(cameras.map(|c| cameras_line(&c)));
+        println!("{}", lines.join("\n\n"));
         Ok(())
     }
 
@@ -110,12 +121,7 @@ impl Evaluate {
             cameras_json::parse(&path.display().to_string(), &text(&path)?).map(Some)
         };
         let (Some(truth), Some(found)) = (read(&self.truth)?, read(&self.result)?) else { return Ok(None) };
-        let name = |v: &NamedView| v.file.rsplit('/').next().unwrap_or_default().to_owned();
-        let pairs: Vec<(View, View)> = truth
-            .iter()
-            .filter_map(|t| Some((t.view.clone(), found.iter().find(|f| name(f) == name(t))?.view.clone())))
-            .collect();
-        camera_errors(&pairs, tank, tank).map(Some)
+        camera_errors(&cameras_json::in_pairs(&truth, &found), tank, tank).map(Some)
     }
 }
 

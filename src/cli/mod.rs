@@ -3,11 +3,13 @@
 //! stdout carries data, stderr everything else. Exit codes: 0 done, 1 failed, 2 bad usage or study
 //! file, 130 interrupted.
 
+mod belt;
 mod cache;
 mod cancel;
 pub mod complaint;
 mod doctor;
 mod evaluate;
+mod explain;
 mod export;
 mod options;
 mod progress;
@@ -18,6 +20,7 @@ mod score_table;
 mod simulate;
 mod status;
 mod trace;
+mod verify;
 mod watch;
 mod why;
 
@@ -43,6 +46,7 @@ enum Command {
     Why(why::Why),
     Simulate(simulate::Simulate),
     Evaluate(evaluate::Evaluate),
+    Belt(belt::Belt),
     Export(export::Export),
     Cache(cache::Cache),
     Doctor(doctor::Doctor),
@@ -60,6 +64,7 @@ pub fn run() -> Result<()> {
         Command::Why(c) => c.run(),
         Command::Simulate(c) => c.run(),
         Command::Evaluate(c) => c.run(),
+        Command::Belt(c) => c.run(),
         Command::Export(c) => c.run(),
         Command::Cache(c) => c.run(),
         Command::Doctor(c) => c.run(),

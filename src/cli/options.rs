@@ -1,8 +1,9 @@
 //! Options that several subcommands share.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::store::Store;
 use clap::Args;
+use clap::builder::RangedU64ValueParser;
 use std::path::PathBuf;
 
 /// Which study, and what is changed in it.
@@ -32,9 +33,34 @@ impl StoreOptions {
     /// # Errors
     /// Where it cannot be made, or there is none upstream.
     pub fn open(&self) -> Result<Store> {
+        self.over_upstream(Store::open(&self.cache)?)
+    }
+
+    /// The store as it is; nothing is made where it is missing.
+    ///
+    /// # Errors
+    /// Where there is none upstream.
+    pub fn look(&self) -> Result<Store> {
+        self.over_upstream(Store::look(&self.cache))
+    }
+
+    /// The store, which has to be there.
+    ///
+    /// # Errors
+    /// Where it is not.
+    pub fn existing(&self) -> Result<Store> {
+        let store = self.look()?;
+        if store.exists() {
+            return Ok(store);
+        }
+        Err(Error::usage(format!("there is no store in `{}`", self.cache.display()))
+            .help("name it with --cache or ROOTVOX_CACHE; `rootvox run` makes one"))
+    }
+
+    fn over_upstream(&self, store: Store) -> Result<Store> {
         match &self.cache_upstream {
-            Some(upstream) => Store::open_over(&self.cache, upstream),
-            None => Store::open(&self.cache),
+            Some(upstream) => store.over(upstream),
+            None => Ok(store),
         }
     }
 }
@@ -43,7 +69,7 @@ impl StoreOptions {
 #[derive(Args)]
 pub struct MachineOptions {
     /// Threads; all cores that the process may use when absent. Results do not depend on it.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub threads: Option<usize>,
     /// Memory that running nodes may take together, such as 4GiB; half of the machine's when absent.
     #[arg(long, value_name = "SIZE", value_parser = bytes)]
@@ -61,7 +87,7 @@ pub struct TraceOptions {
 impl MachineOptions {
     /// Threads to use.
     pub fn threads(&self) -> usize {
-        self.threads.filter(|&n| n > 0).unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
+        self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
     }
 
     /// Bytes that running nodes may take together.

@@ -47,9 +47,13 @@ impl Run {
     /// Faults of the study file, of the photographs and cameras, and of the machine.
     pub fn run(&self) -> Result<()> {
         let batch = Batch::load(&self.study.study, &self.study.set)?;
+        if let (Some(column), false) = (&self.best, batch.studies.iter().any(Study::is_sweep)) {
+            return Err(Error::usage(format!("--best {column}: `{}` is no sweep", self.study.study.display()))
+                .help("lay a [sweep] over it, such as --set 'sweep.extract.high=[0.8, 1.0]'"));
+        }
         let store = self.store.open()?;
         let (targets, threads) = (batch.targets(), self.machine.threads());
-        let watch = Watch::new(&batch.graph, &store, &targets, batch.names(), threads, self.trace.trace.clone());
+        let watch = Watch::new(&batch.graph, &store, &targets, batch.names(), threads, self.trace.trace.clone())?;
         let outcome = Engine::new(&store)
             .threads(threads)
             .memory_bytes(self.machine.memory_bytes())

@@ -4,7 +4,9 @@ use super::options::{MachineOptions, StoreOptions, StudyOptions};
 use super::progress::Display;
 use crate::error::{Error, Result};
 use crate::flow::{Engine, Graph};
-use crate::formats::{NamedView, cameras_json, roots_json, tank_json};
+use crate::formats::{NamedView, cameras_json, roots_json, rsml, tables, tank_json};
+use crate::roots::traits::traits;
+use crate::roots::{Root, TracedRoot};
 use crate::study::graph;
 use crate::study::settings::{Settings, Source};
 use clap::Args;
@@ -13,8 +15,9 @@ use std::path::{Path, PathBuf};
 
 /// Grow a root system, photograph it through a tank, and write photographs and truth as a data set.
 ///
-/// The study's [tank] and [simulate] sections say what grows and how it is photographed; the folder then holds
-/// images/, tank.json, cameras.json and roots.json, and can be reconstructed like any capture.
+/// The study's [tank] and [simulate] sections say what grows and how it is photographed (docs/simulation.md); the folder
+/// then holds images/ and the truth: tank.json, cameras.json, roots.json, the same roots as roots.rsml, and their
+/// traits.csv. It can be reconstructed like any capture.
 ///
 /// Example:
 ///   rootvox simulate pipelines/quickstart.toml --out captures/plant-8 --set simulate.seed=8
@@ -79,10 +82,37 @@ impl Simulate {
             fs::write(&to, text).map_err(|e| Error::io("write", &to, e))
         };
         put("cameras.json", cameras_json::write(&views)?)?;
-        put("tank.json", tank_json::write(&settings.tank)?)?;
-        put("roots.json", roots_json::write(&capture.json::<Vec<_>>("roots")?)?)?;
+        put("tank.json", tank_json::write(&settings.true_tank)?)?;
+        let roots: Vec<Root> = capture.json("roots")?;
+        put("roots.json", roots_json::write(&roots)?)?;
+        put("roots.rsml", rsml::write(&known(&roots), &about(&settings.name))?)?;
+        let all = traits(&roots, settings.true_tank.water_level_mm, &settings.traits);
+        let to = fresh.path().join("traits.csv");
+        fs::write(&to, tables::traits(&all)?).map_err(|e| Error::io("write", &to, e))?;
         fs::rename(fresh.keep(), &self.out).map_err(|e| Error::io("write", &self.out, e))?;
         eprintln!("data set written: {}", self.out.display());
         Ok(())
+    }
+}
+
+/// The true roots as if they were traced: without doubt.
+fn known(roots: &[Root]) -> Vec<TracedRoot> {
+    let of = |root: &Root| TracedRoot {
+        radius_sd_mm: vec![0.0; root.points_mm.len()],
+        views: vec![0; root.points_mm.len()],
+        confidence: vec![1.0; root.points_mm.len()],
+        root: root.clone(),
+    };
+    roots.iter().map(of).collect()
+}
+
+/// What the RSML says about itself; no clock, so that equal captures give equal files.
+fn about(study: &str) -> rsml::About {
+    rsml::About {
+        last_modified: rsml::PROFILE_DATE.to_owned(),
+        software: concat!("rootvox ", env!("CARGO_PKG_VERSION")).to_owned(),
+        user: "rootvox simulate".to_owned(),
+        file_key: study.to_owned(),
+        image: None,
     }
 }

@@ -1,5 +1,6 @@
 //! `rootvox status`: what a run would do, and why.
 
+use super::explain::{Line, causes_first, folded};
 use super::options::{StoreOptions, StudyOptions, human_bytes};
 use crate::error::{Error, Result};
 use crate::flow::{Engine, NodeState, Planned};
@@ -9,7 +10,8 @@ use std::fmt::Write;
 
 /// Show each node of a study: cached, or would run, and why; with times and sizes known from earlier runs.
 ///
-/// Nothing is computed and nothing is written.
+/// Nothing is computed. Causes come first, then what follows from them: "may run" is a node that is computed again only
+/// if what it reads turns out to have other values. Views that are alike share a line; --all lists each node.
 #[derive(Args)]
 pub struct Status {
     #[command(flatten)]
@@ -19,7 +21,7 @@ pub struct Status {
     /// Write JSON, one object per node, instead of a table.
     #[arg(long)]
     json: bool,
-    /// List cached nodes too.
+    /// List every node on a line of its own, files and cached ones too.
     #[arg(long)]
     all: bool,
 }
@@ -32,7 +34,7 @@ impl Status {
     #[expect(clippy::print_stdout, reason = "the plan is the data")]
     pub fn run(&self) -> Result<()> {
         let batch = Batch::load(&self.study.study, &self.study.set)?;
-        let store = self.store.open()?;
+        let store = self.store.look()?;
         let plan = Engine::new(&store).status(&batch.graph, &batch.targets())?;
         if self.json {
             let all: Vec<&Planned> = plan.nodes().map(|(_, p)| p).collect();
@@ -40,44 +42,43 @@ impl Status {
             println!("{text}");
             return Ok(());
         }
-        let mut text = String::new();
-        let (mut cached, mut pending, mut seconds, mut unknown) = (0, 0, 0.0, 0);
         let names = batch.names();
+        let (mut lines, mut cached) = (Vec::new(), 0);
         for (node, planned) in plan.nodes() {
-            let waits = matches!(planned.state, NodeState::WouldRun { .. } | NodeState::Unknown { .. });
-            if waits {
-                pending += 1;
-                seconds += planned.seconds.unwrap_or(0.0);
-                unknown += usize::from(planned.seconds.is_none());
-            } else if matches!(planned.state, NodeState::Cached { .. }) {
-                cached += 1;
+            let is_cached = matches!(planned.state, NodeState::Cached { .. });
+            cached += usize::from(is_cached);
+            if self.all || !(is_cached || matches!(planned.state, NodeState::File { .. })) {
+                lines.push(line(&names[node.index()], planned));
             }
-            if self.all || waits || matches!(planned.state, NodeState::Unreadable { .. }) {
-                let _ = writeln!(text, "{}", line(&names[node.index()], planned));
-            }
+        }
+        let lines = if self.all { lines } else { causes_first(folded(lines)) };
+        let mut text = String::new();
+        for Line { name, state, why, cost, .. } in lines {
+            let cost = cost.map(|(s, b)| format!("  ({s:.2} s, {})", human_bytes(b))).unwrap_or_default();
+            let _ = writeln!(text, "{name:24} {state:10} {why}{cost}");
+        }
+        let pending: Vec<&Planned> = plan.pending().map(|(_, planned)| planned).collect();
+        let _ = writeln!(text, "{cached} nodes cached, {} would run or may", pending.len());
+        let unknown = pending.iter().filter(|p| p.seconds.is_none()).count();
+        if pending.len() > unknown {
+            let seconds: f64 = pending.iter().filter_map(|p| p.seconds).sum();
+            let bytes = human_bytes(pending.iter().filter_map(|p| p.bytes).sum());
+            let rest = if unknown > 0 { format!(" and {unknown} nodes without history") } else { String::new() };
+            let _ = writeln!(text, "estimated: {seconds:.1} s of work, {bytes}{rest}");
         }
         print!("{text}");
-        println!("{cached} nodes cached, {pending} would run or may");
-        if pending > unknown {
-            let rest = if unknown > 0 { format!(" and {unknown} nodes without history") } else { String::new() };
-            println!("estimated: {seconds:.1} s of work{rest}");
-        }
         Ok(())
     }
 }
 
-fn line(name: &str, planned: &Planned) -> String {
-    let (state, why) = match &planned.state {
-        NodeState::File { .. } => ("file", String::new()),
-        NodeState::Unreadable { error } => ("unreadable", error.clone()),
-        NodeState::Cached { is_virtual: true, .. } => ("cached", "streamed when read".into()),
-        NodeState::Cached { .. } => ("cached", String::new()),
-        NodeState::WouldRun { changes, .. } => ("would run", super::why::sentence(changes)),
-        NodeState::Unknown { changes } => ("may run", super::why::sentence(changes)),
-    };
-    let cost = match (planned.seconds, planned.bytes) {
-        (Some(s), Some(b)) => format!("  ({s:.2} s, {})", human_bytes(b)),
-        _ => String::new(),
-    };
-    format!("{name:24} {state:10} {why}{cost}")
+fn line(name: &str, planned: &Planned) -> Line {
+    let cost = planned.seconds.zip(planned.bytes);
+    match &planned.state {
+        NodeState::File { .. } => Line::plain(name, "file", ""),
+        NodeState::Unreadable { error } => Line::plain(name, "unreadable", error),
+        NodeState::Cached { is_virtual: true, .. } => Line::plain(name, "cached", "without its values"),
+        NodeState::Cached { .. } => Line::plain(name, "cached", ""),
+        NodeState::WouldRun { changes, .. } => Line::new(name, "would run", changes, cost),
+        NodeState::Unknown { changes } => Line::new(name, "may run", changes, cost),
+    }
 }

@@ -23,9 +23,13 @@ pub struct Trace {
 
 impl Trace {
     /// A trace to be written to `path`, of nodes that are called so.
-    pub fn new(path: PathBuf, names: Vec<String>) -> Self {
+    ///
+    /// # Errors
+    /// Where the file cannot be made: better now than when the run is done.
+    pub fn new(path: PathBuf, names: Vec<String>) -> Result<Self> {
+        std::fs::write(&path, "").map_err(|e| Error::io("write", &path, e).help("name another file with --trace"))?;
         let (events, rows, running) = (Vec::new(), Vec::new(), BTreeMap::new());
-        Self { path, names, begun: Instant::now(), events, rows, running }
+        Ok(Self { path, names, begun: Instant::now(), events, rows, running })
     }
 
     /// Takes one event, with the estimate of the time left.

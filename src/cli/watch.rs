@@ -26,6 +26,9 @@ struct State<'a> {
 
 impl<'a> Watch<'a> {
     /// A watch over a run of `targets` whose nodes are called `names`; with `trace`, the trace is written there.
+    ///
+    /// # Errors
+    /// Where the trace cannot be written.
     pub fn new(
         graph: &'a Graph,
         store: &'a Store,
@@ -33,10 +36,10 @@ impl<'a> Watch<'a> {
         names: Vec<String>,
         threads: usize,
         trace: Option<PathBuf>,
-    ) -> Self {
-        let trace = trace.map(|path| Trace::new(path, names.clone()));
+    ) -> Result<Self> {
+        let trace = trace.map(|path| Trace::new(path, names.clone())).transpose()?;
         let remaining = Remaining::new(graph, store, targets, threads);
-        Self { display: Display::new(names), state: Mutex::new(State { remaining, trace, estimated: None }) }
+        Ok(Self { display: Display::new(names), state: Mutex::new(State { remaining, trace, estimated: None }) })
     }
 
     /// Takes one event.

@@ -1,8 +1,9 @@
 //! `rootvox why`: what changed at a node against the nearest earlier run.
 
+use super::explain::{Line, causes_first, folded};
 use super::options::{StoreOptions, StudyOptions};
-use crate::error::Result;
-use crate::flow::{Change, Engine};
+use crate::error::{Error, Result};
+use crate::flow::{Engine, NodeState, Step};
 use crate::study::batch::Batch;
 use clap::Args;
 
@@ -15,37 +16,51 @@ use clap::Args;
 pub struct Why {
     #[command(flatten)]
     study: StudyOptions,
-    /// Label of the node, as `rootvox status --all` shows it.
+    /// Name of the node, as `rootvox status --all` shows it.
     node: String,
     #[command(flatten)]
     store: StoreOptions,
+    /// Write JSON, one object per node on the way.
+    #[arg(long)]
+    json: bool,
 }
 
 impl Why {
-    /// Prints one line per node on the way from the cause.
+    /// Prints the way from the causes to the node.
     ///
     /// # Errors
     /// Faults of the study file, an unknown node, or an unreadable store.
     #[expect(clippy::print_stdout, reason = "the explanation is the data")]
     pub fn run(&self) -> Result<()> {
         let batch = Batch::load(&self.study.study, &self.study.set)?;
-        let store = self.store.open()?;
+        let store = self.store.look()?;
         let node = batch.find(&self.node).map_err(|e| e.help("`rootvox status STUDY --all` lists the nodes"))?;
-        for step in Engine::new(&store).why(&batch.graph, node)? {
-            let against = step.against.map(|when| format!("  (against the run of {when})")).unwrap_or_default();
-            let changes = if step.changes.is_empty() { "nothing changed".into() } else { sentence(&step.changes) };
-            println!("{}: {changes}{against}", step.label);
+        let engine = Engine::new(&store);
+        let steps = engine.why(&batch.graph, node)?;
+        if self.json {
+            let text = serde_json::to_string_pretty(&steps).map_err(|e| Error::failed(format!("why: {e}")))?;
+            println!("{text}");
+            return Ok(());
+        }
+        let plan = engine.status(&batch.graph, &[node])?;
+        if plan.node(node).is_some_and(|planned| matches!(planned.state, NodeState::Cached { .. })) {
+            println!("`{}` is in the store. Against the nearest other run:", self.node);
+        }
+        let mut lines: Vec<Line> = steps.iter().map(line).collect();
+        let asked = lines.pop();
+        for line in causes_first(folded(lines)).into_iter().chain(asked) {
+            let why = if line.why.is_empty() { "nothing changed" } else { &line.why };
+            println!("{}: {why}", line.name);
         }
         Ok(())
     }
 }
 
-/// Changes in words.
-pub fn sentence(changes: &[Change]) -> String {
-    const SHOWN: usize = 3;
-    let mut words: Vec<String> = changes.iter().take(SHOWN).map(ToString::to_string).collect();
-    if changes.len() > SHOWN {
-        words.push(format!("{} more changes", changes.len() - SHOWN));
+fn line(step: &Step) -> Line {
+    let mut line = Line::new(&step.label, "", &step.changes, None);
+    // The second is enough for a person.
+    if let Some(when) = step.against.as_ref().and_then(|when| when.get(..19)) {
+        line.why += &format!("  (against the run of {when}Z)");
     }
-    words.join("; ")
+    line
 }

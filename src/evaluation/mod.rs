@@ -7,8 +7,10 @@ pub mod cameras;
 mod detail;
 mod points;
 mod score;
+mod traits;
 
 pub use cameras::{CameraErrors, camera_errors};
 pub use detail::{Class, Detail, Hits, Matched, detail, hits};
 pub use points::{Found, Region, STEP_MM, resample};
 pub use score::{AtTolerance, Score, ScoreParams, best_turn, score, turned};
+pub use traits::{TraitError, trait_errors};

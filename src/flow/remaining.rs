@@ -18,6 +18,9 @@ use crate::store::Store;
 /// A run is at least and at most so many times as fast as experience says.
 const FACTOR: (f64, f64) = (0.05, 20.0);
 
+/// Evidence on the speed of the whole run weighs against this share of its work at the speed of experience.
+const PRIOR_SHARE: f64 = 0.02;
+
 /// A running node is never thought to be nearer to its end than this share of its time.
 const LAST_SHARE: f64 = 0.05;
 
@@ -39,8 +42,12 @@ struct Tally {
 }
 
 impl Tally {
-    fn factor(&self) -> Option<f64> {
-        (self.expected > 0.0).then(|| (self.measured / self.expected).clamp(FACTOR.0, FACTOR.1))
+    /// How this run compares with experience; `prior` seconds at the factor `as_before` stand beside what was measured,
+    /// so that little evidence counts little.
+    fn factor(&self, prior: f64, as_before: f64) -> f64 {
+        let expected = self.expected + prior;
+        let factor = (self.measured + prior * as_before) / expected;
+        if expected > 0.0 { factor.clamp(FACTOR.0, FACTOR.1) } else { as_before }
     }
 }
 
@@ -52,6 +59,8 @@ pub struct Remaining<'a> {
     states: Vec<State>,
     /// By experience, seconds; read when the first node begins.
     expected: Option<Vec<Option<f64>>>,
+    /// Seconds of all nodes that were outstanding then.
+    whole: f64,
     by_stage: BTreeMap<&'static str, Tally>,
     all: Tally,
 }
@@ -63,15 +72,20 @@ impl<'a> Remaining<'a> {
             if reached && graph.stage(node).is_some() { State::Open } else { State::Done }
         };
         let states = graph.nodes().zip(graph.upstream(targets)).map(state).collect();
-        let by_stage = BTreeMap::new();
-        Self { graph, store, threads: threads.max(1), states, expected: None, by_stage, all: Tally::default() }
+        let (by_stage, all, threads) = (BTreeMap::new(), Tally::default(), threads.max(1));
+        Self { graph, store, threads, states, expected: None, whole: 0.0, by_stage, all }
     }
 
     /// Takes an event that happened at `now`.
     pub fn take(&mut self, event: &Event, now: Instant) {
         match event {
             Event::Started { node, .. } => {
-                self.expected.get_or_insert_with(|| experience(self.graph, self.store));
+                if self.expected.is_none() {
+                    let all = experience(self.graph, self.store);
+                    let open = self.states.iter().zip(&all).filter(|(state, _)| **state != State::Done);
+                    self.whole = open.filter_map(|(_, seconds)| *seconds).sum();
+                    self.expected = Some(all);
+                }
                 self.states[node.0] = State::Running { since: now, share: 0.0 };
             }
             Event::Progress { node, done, total } if *total > 0 => {
@@ -79,8 +93,12 @@ impl<'a> Remaining<'a> {
                     *share = (*done as f64 / *total as f64).min(1.0);
                 }
             }
-            Event::Finished { node, seconds, .. } => {
-                self.states[node.0] = State::Done;
+            Event::Finished { node, .. } => {
+                // As in the history: with publishing.
+                let State::Running { since, .. } = std::mem::replace(&mut self.states[node.0], State::Done) else {
+                    return;
+                };
+                let seconds = now.saturating_duration_since(since).as_secs_f64();
                 let expected = self.expected.as_ref().and_then(|all| all[node.0]);
                 let stage = self.graph.stage(*node).unwrap_or_default();
                 for tally in [self.by_stage.entry(stage).or_default(), &mut self.all] {
@@ -104,8 +122,8 @@ impl<'a> Remaining<'a> {
         let tally = self.by_stage.get(self.graph.stage(NodeId(n))?);
         match self.expected.as_ref().and_then(|all| all[n]) {
             Some(expected) => {
-                let factor = tally.and_then(Tally::factor).or_else(|| self.all.factor()).unwrap_or(1.0);
-                Some(expected * factor)
+                let of_run = self.all.factor(PRIOR_SHARE * self.whole, 1.0);
+                Some(expected * tally.map_or(of_run, |tally| tally.factor(expected, of_run)))
             }
             None => tally.filter(|t| t.count > 0).map(|t| t.seconds / t.count as f64),
         }

@@ -79,7 +79,7 @@ pub(super) fn run(graph: &Graph, store: &Store, job: &Job, started: &dyn Fn(Vec<
         manifest.seconds = 0.0;
         known.insert(*n, manifest.digest);
         let manifest = store.publish(store.draft()?, manifest)?;
-        store.record_history(&manifest);
+        store.record_history(&manifest, 0.0);
         learned.push((*n, manifest));
     }
     let mut manifest = describe(graph, job.node, &known, &**work, job, begun)?;
@@ -88,7 +88,7 @@ pub(super) fn run(graph: &Graph, store: &Store, job: &Job, started: &dyn Fn(Vec<
     let same_output = before.is_some_and(|past| past.digest == manifest.digest);
     let mine = manifest.digest;
     let mut manifest = store.publish(draft, manifest)?;
-    store.record_history(&manifest);
+    store.record_history(&manifest, begun.1.elapsed().as_secs_f64());
     if manifest.digest != mine {
         manifest
             .warnings

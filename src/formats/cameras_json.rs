@@ -99,6 +99,15 @@ pub fn write(views: &[NamedView]) -> Result<String> {
     serde_json::to_string_pretty(&file).map_err(|e| Error::failed(format!("cameras.json: {e}")))
 }
 
+/// Pairs (true, found) of the views of the same photographs: equal file names, folders aside.
+pub fn in_pairs(truth: &[NamedView], found: &[NamedView]) -> Vec<(View, View)> {
+    let name = |v: &NamedView| v.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
+    truth
+        .iter()
+        .filter_map(|t| Some((t.view.clone(), found.iter().find(|f| name(f) == name(t))?.view.clone())))
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,8 +1,9 @@
 //! Points of a reconstruction from a CSV table with the columns x_mm, y_mm, z_mm; others are ignored, but
-//! with a root_id column consecutive rows of one root are a polyline, and with parent_id, order and diameter_mm too they
-//! are roots.
+//! with a root_id column consecutive rows of one root are a polyline, and with parent_id, order and diameter_mm beside
+//! it a root.
 
 use crate::error::{Error, Result};
+use crate::evaluation::Found;
 use crate::roots::Root;
 
 /// What a table holds; mm, tank frame.
@@ -12,12 +13,20 @@ pub enum Points {
     Bare(Vec<[f64; 3]>),
     /// One polyline per root.
     Lines(Vec<Vec<[f64; 3]>>),
-    /// Roots.
+    /// Roots with parents, orders and diameters.
     Roots(Vec<Root>),
 }
 
-/// The columns that make a table of points one of roots.
-const OF_ROOTS: [&str; 4] = ["root_id", "parent_id", "order", "diameter_mm"];
+impl Points {
+    /// As the evaluation takes them.
+    pub fn found(&self) -> Found<'_> {
+        match self {
+            Self::Bare(points) => Found::Points(points),
+            Self::Lines(lines) => Found::Lines(lines),
+            Self::Roots(roots) => Found::Roots(roots),
+        }
+    }
+}
 
 /// Reads the content of the table `name`.
 ///
@@ -36,53 +45,53 @@ pub fn parse(name: &str, bytes: &[u8]) -> Result<Points> {
         })?;
     }
     let id = find("root_id");
-    let of_roots: Option<Vec<usize>> = OF_ROOTS.iter().map(|c| find(c)).collect();
-    let mut roots: Vec<Root> = Vec::new();
-    let mut points = Vec::new();
-    let mut lines: Vec<Vec<[f64; 3]>> = Vec::new();
+    let kin = id.and_then(|id| Some([id, find("parent_id")?, find("order")?, find("diameter_mm")?]));
+    let (mut points, mut lines, mut roots) = (Vec::new(), Vec::<Vec<[f64; 3]>>::new(), Vec::<Root>::new());
     let mut last = None;
     for (n, record) in reader.records().enumerate() {
         let record = record.map_err(fault)?;
         let number = |column: usize| {
             let cell = record.get(column).unwrap_or_default().trim();
             cell.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
-                let (line, column) = (n + 2, &header[column]);
-                Error::failed(format!("`{name}` line {line}: `{cell}` in column `{column}` is no finite number"))
+                Error::failed(format!(
+                    "`{name}` line {}: `{cell}` in column `{}` is no finite number",
+                    n + 2,
+                    &header[column]
+                ))
             })
         };
-        let mut point = [0.0; 3];
-        for (value, &column) in point.iter_mut().zip(&columns) {
-            *value = number(column)?;
+        let point = [number(columns[0])?, number(columns[1])?, number(columns[2])?];
+        let Some(root) = id.and_then(|c| record.get(c)) else {
+            points.push(point);
+            continue;
+        };
+        let begins = last.as_deref() != Some(root);
+        if begins {
+            last = Some(root.to_owned());
         }
-        if let Some(&[id, parent, order, diameter]) = of_roots.as_deref() {
-            let (id, radius_mm) = (number(id)? as i64, 0.5 * number(diameter)?);
-            if roots.last().is_none_or(|r| r.id != id) {
-                let (parent, order) = (number(parent)? as i64, number(order)?.max(0.0) as u32);
+        if let Some([id, parent, order, diameter]) = kin {
+            if begins {
+                let (id, parent, order) = (number(id)? as i64, number(parent)? as i64, number(order)? as u32);
                 roots.push(Root { id, parent, order, points_mm: Vec::new(), radii_mm: Vec::new() });
             }
             if let Some(root) = roots.last_mut() {
                 root.points_mm.push(point);
-                root.radii_mm.push(radius_mm);
+                root.radii_mm.push(number(diameter)? / 2.0);
             }
-            continue;
-        }
-        match id.and_then(|c| record.get(c)) {
-            None => points.push(point),
-            Some(root) => {
-                if last.as_deref() != Some(root) {
-                    lines.push(Vec::new());
-                    last = Some(root.to_owned());
-                }
-                if let Some(line) = lines.last_mut() {
-                    line.push(point);
-                }
+        } else {
+            if begins {
+                lines.push(Vec::new());
+            }
+            if let Some(line) = lines.last_mut() {
+                line.push(point);
             }
         }
     }
-    if of_roots.is_some() {
-        return Ok(Points::Roots(roots));
-    }
-    Ok(if id.is_some() { Points::Lines(lines) } else { Points::Bare(points) })
+    Ok(match (kin, id) {
+        (Some(_), _) => Points::Roots(roots),
+        (None, Some(_)) => Points::Lines(lines),
+        (None, None) => Points::Bare(points),
+    })
 }
 
 #[cfg(test)]
@@ -95,15 +104,11 @@ mod tests {
         assert_eq!(bare, Points::Bare(vec![[1.0, 2.0, 3.0]]));
         let lines = parse("a.csv", b"root_id,x_mm,y_mm,z_mm\n4,1,2,3\n4,1,2,4\n5,0,0,0\n").unwrap();
         assert_eq!(lines, Points::Lines(vec![vec![[1.0, 2.0, 3.0], [1.0, 2.0, 4.0]], vec![[0.0; 3]]]));
-    }
-
-    #[test]
-    fn roots_with_orders_and_diameters() {
-        let table = b"root_id,parent_id,order,x_mm,y_mm,z_mm,diameter_mm\n0,-1,0,1,2,3,2\n0,-1,0,1,2,4,1\n1,0,1,0,0,0,1\n";
+        let table =
+            b"root_id,parent_id,order,x_mm,y_mm,z_mm,diameter_mm\n0,-1,0,1,2,3,2\n0,-1,0,1,2,4,1\n3,0,1,0,0,0,1\n";
         let Points::Roots(roots) = parse("a.csv", table).unwrap() else { panic!("roots") };
-        assert_eq!((roots.len(), roots[1].parent, roots[1].order), (2, 0, 1));
-        assert_eq!((roots[0].points_mm[1], roots[0].radii_mm[0]), ([1.0, 2.0, 4.0], 1.0));
-        assert!(parse("a.csv", b"root_id,parent_id,order,x_mm,y_mm,z_mm,diameter_mm\n0,-1,0,1,2,3,x\n").is_err());
+        assert_eq!((roots.len(), roots[0].radii_mm.clone()), (2, vec![1.0, 0.5]));
+        assert_eq!((roots[1].id, roots[1].parent, roots[1].order), (3, 0, 1));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 pub mod colour;
 pub mod contrast;
 pub mod decode;
+pub mod graph_cut;
 pub mod gray;
 pub mod pyramid;
 pub mod undistort;

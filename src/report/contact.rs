@@ -31,6 +31,8 @@ const WIDTH: f64 = 240.0;
 const GAP: f64 = 12.0;
 /// Height of a line of text, px.
 const LINE: f64 = 16.0;
+/// Letters of a line in a panel.
+const LETTERS: usize = 36;
 /// Pixels of an embedded picture at most per side; finer voxels share pixels.
 const MOST_PX: f64 = 480.0;
 /// RGB of the background.
@@ -70,8 +72,11 @@ pub fn sheet(title: &str, panels: &[Panel], columns: usize) -> Result<String> {
             }
             Err(why) => {
                 let _ = writeln!(svg, "<rect {place} fill=\"#fff4d6\"/>");
-                let short: String = why.chars().take(36).collect();
-                let _ = writeln!(svg, "<text x=\"{:.0}\" y=\"{:.0}\">{}</text>", x + 6.0, top + 20.0, escape(&short));
+                let fit = (((tall - 8.0) / LINE).floor() as usize).max(1);
+                for (k, line) in wrapped(why).iter().take(fit).enumerate() {
+                    let baseline = top + LINE * (k as f64 + 1.0) + 4.0;
+                    let _ = writeln!(svg, "<text x=\"{:.0}\" y=\"{baseline:.0}\">{}</text>", x + 6.0, escape(line));
+                }
             }
         }
     }
@@ -101,6 +106,25 @@ fn side_view(panel: &Panel, roots: &Voxels, greatest: f32) -> Array3<u8> {
         }
         (255.0 * (0.35 + 0.65 * (rootness / greatest).min(1.0).sqrt())) as u8
     })
+}
+
+/// Lines of words that fit into a panel; a word longer than a line is cut.
+fn wrapped(text: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let letters: Vec<char> = word.chars().collect();
+        for piece in letters.chunks(LETTERS) {
+            let piece: String = piece.iter().collect();
+            match lines.last_mut() {
+                Some(line) if line.chars().count() + 1 + piece.chars().count() <= LETTERS => {
+                    line.push(' ');
+                    line.push_str(&piece);
+                }
+                _ => lines.push(piece),
+            }
+        }
+    }
+    lines
 }
 
 fn escape(text: &str) -> String {

@@ -1,13 +1,46 @@
 //! Cameras that are not known well: what calibration errors do to a reconstruction.
 
 use super::noise::{hash, normal_pair};
+use crate::error::{Error, Result};
 use crate::optics::{Mat3, Vec3, View};
 use nalgebra::{Rotation3, UnitQuaternion};
+use serde::{Deserialize, Serialize};
 
-/// The views with errors: each camera centre is moved by normal errors of `centre_mm` per coordinate and each camera
-/// turned about its own centre by normal errors of `turn_deg` about each of its axes. Views stay in order; errors of
-/// different views are independent.
-pub fn misjudged(views: &[View], centre_mm: f64, turn_deg: f64, seed: u64) -> Vec<View> {
+/// How badly the cameras are known: standard deviations of independent normal errors.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MisjudgeParams {
+    /// Of each coordinate of each camera's centre, mm.
+    pub centre_mm: f64,
+    /// Of the turn about each of a camera's own axes, degrees.
+    pub turn_deg: f64,
+}
+
+impl MisjudgeParams {
+    /// Whether nothing is wrong.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Fails where a number is out of its range.
+    ///
+    /// # Errors
+    /// Every fault at once, each naming its key.
+    pub fn check(&self) -> Result<()> {
+        let faults = [("centre_mm", self.centre_mm), ("turn_deg", self.turn_deg)]
+            .into_iter()
+            .filter(|(_, x)| !(x.is_finite() && *x >= 0.0))
+            .map(|(key, x)| {
+                Error::usage(format!("simulate.misjudge.{key} is {x}")).help("give a standard deviation of at least 0")
+            });
+        Error::many(faults.collect())
+    }
+}
+
+/// The views with errors: each camera centre is moved and each camera turned about its own centre. Views stay in order;
+/// errors of different views are independent.
+pub fn misjudged(views: &[View], params: &MisjudgeParams, seed: u64) -> Vec<View> {
+    let MisjudgeParams { centre_mm, turn_deg } = *params;
     let misjudge = |(i, view): (usize, &View)| {
         let normal = |j: u64| normal_pair(hash(seed, &[61, i as u64, j]));
         let ((a, b), (c, d), (e, f)) = (normal(0), normal(1), normal(2));
@@ -37,7 +70,7 @@ mod tests {
             belts_mm: vec![],
         };
         let views = capture(&CaptureParams { views: 400, ..Default::default() }, &tank, 1).unwrap();
-        let wrong = misjudged(&views, 0.5, 0.2, 3);
+        let wrong = misjudged(&views, &MisjudgeParams { centre_mm: 0.5, turn_deg: 0.2 }, 3);
         let (mut moved, mut turned) = (0.0, 0.0);
         for (a, b) in views.iter().zip(&wrong) {
             b.check().unwrap();
@@ -47,6 +80,6 @@ mod tests {
         }
         let rms = |sum: f64| (sum / views.len() as f64).sqrt();
         assert!((rms(moved) - 0.5).abs() < 0.05 && (rms(turned) - 0.2).abs() < 0.02, "{} {}", rms(moved), rms(turned));
-        assert_eq!(misjudged(&views, 0.0, 0.0, 3)[7].lens, views[7].lens);
+        assert_eq!(misjudged(&views, &MisjudgeParams::default(), 3)[7].lens, views[7].lens);
     }
 }

@@ -25,5 +25,5 @@ mod walk;
 pub use belt::BeltPrint;
 pub use capture::{CaptureParams, PictureFormat, capture};
 pub use growth::{GrowthParams, LateralParams, MainParams, Preset, grow};
-pub use misjudge::misjudged;
+pub use misjudge::{MisjudgeParams, misjudged};
 pub use scene::Scene;

@@ -7,6 +7,8 @@ use crate::evaluation::{Found, ScoreParams, score};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::roots_json;
 use crate::optics::Tank;
+use crate::roots::Root;
+use crate::store::Artefact;
 use serde::Serialize;
 
 /// The score of a reconstruction.
@@ -23,17 +25,23 @@ impl Stage for Evaluate {
     const VERSION: u32 = 1;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
-        let truth = inputs.one("truth")?;
-        let roots = if truth.has("roots") {
-            truth.json("roots")?
-        } else {
-            let name = truth.path("file")?.display().to_string();
-            let text = String::from_utf8(truth.bytes("file")?)
-                .map_err(|_| Error::failed(format!("`{name}` is no text")).help("truth.roots names a roots.json"))?;
-            roots_json::parse(&name, &text)?
-        };
+        let roots = truth(inputs.one("truth")?)?;
         let points: Vec<[f64; 3]> =
             extract::read(inputs.one("roots")?)?.iter().map(|p| p.point_mm.map(f64::from)).collect();
         output.json("score", &score(&roots, &self.tank, Found::Points(&points), &self.params)?)
     }
+}
+
+/// The true roots, of a capture or of a file.
+///
+/// # Errors
+/// Where the file is no `roots.json`.
+pub(super) fn truth(truth: &Artefact) -> Result<Vec<Root>> {
+    if truth.has("roots") {
+        return truth.json("roots");
+    }
+    let name = truth.path("file")?.display().to_string();
+    let text = String::from_utf8(truth.bytes("file")?)
+        .map_err(|_| Error::failed(format!("`{name}` is no text")).help("truth.roots names a roots.json"))?;
+    roots_json::parse(&name, &text)
 }

@@ -23,16 +23,14 @@ impl Stage for Labels {
     const VERSION: u32 = 2;
 
     fn peak_bytes(&self) -> u64 {
-        self.grid.len() as u64 * 9
+        // The finest level with the nearness of each voxel, and a shard.
+        Shown::new(&self.grid).finest.len() as u64 * 9 + (128 << 20)
     }
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
-        let Shown { finest, skipped, levels } = Shown::new(&self.grid);
+        let Shown { finest, levels, .. } = Shown::new(&self.grid);
         let system: RootSystem = inputs.one("system")?.json("system.json")?;
-        let mut labels = paint::labels(&system.plain(), &self.grid);
-        for _ in 0..skipped {
-            labels = halve_labels(labels.view());
-        }
+        let mut labels = paint::labels(&system.plain(), &finest);
         let group = output.folder("labels")?;
         store::write_group(&group, &ome_zarr::labels(&["roots"]))?;
         let image = group.join("roots");

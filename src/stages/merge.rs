@@ -2,7 +2,7 @@
 //! In: view volumes (z, y, x, rgb + mask u8). Out: merged (z, y, x, rgb f32, 0..1, NaN = unseen),
 //! coverage (z, y, x, u8, views used), residual (z, y, x, f32, mean distance of the views to the estimate).
 
-use super::{four, slabs};
+use super::{SLAB_BYTES, four, slabs};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::volume::merge::{self, merge};
@@ -21,6 +21,11 @@ impl Stage for Merge {
     const NAME: &'static str = "merge";
     const VERSION: u32 = 2;
 
+    fn peak_bytes(&self) -> u64 {
+        // A slab of all views, and three shards being filled and written.
+        SLAB_BYTES as u64 + (512 << 20)
+    }
+
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let views = inputs.many("views").iter().map(|v| v.array::<u8>("view")).collect::<Result<Vec<_>>>()?;
         let shape = views.first().ok_or_else(|| Error::failed("there is no view to merge"))?.shape()[..3].to_vec();
@@ -29,7 +34,9 @@ impl Stage for Merge {
         let mut coverage = output.slabs::<u8>("coverage", &shape, &["z", "y", "x"])?;
         let mut residual = output.slabs::<f32>("residual", &shape, &["z", "y", "x"])?;
         progress.total(shape[0] as u64);
-        for (own, _) in slabs(shape[0], 0) {
+        // Four bytes a view, then colour, residual and coverage.
+        let plane_bytes = shape[1] * shape[2] * (4 * views.len() + 17);
+        for (own, _) in slabs(shape[0], 0, plane_bytes) {
             progress.check()?;
             let planes = own.len() as u64;
             let slabs = views.par_iter().map(|v| four(v.slab(own.clone())?)).collect::<Result<Vec<_>>>()?;

@@ -10,12 +10,15 @@ mod colmap_run;
 pub mod contrast;
 pub mod diameters;
 pub mod evaluate;
+pub mod evaluate_cameras;
+pub mod evaluate_roots;
 pub mod extract;
 pub mod feature;
 pub mod hierarchy;
 pub mod labels;
 pub mod lattice;
 pub mod merge;
+pub mod misjudge;
 pub mod overlay;
 pub mod photograph;
 pub mod pose;
@@ -38,14 +41,24 @@ use crate::store::{Artefact, Element};
 use ndarray::{Array3, Array4, ArrayD, Ix3, Ix4};
 use std::ops::Range;
 
-/// Planes of a volume that a stage holds at once, so that memory does not grow with depth.
+/// Planes that a stage holds at once at most: two layers of a stored array's chunks.
 pub(crate) const SLAB_PLANES: usize = 16;
+/// Bytes that a stage's slab takes at most, unless one plane is larger: memory does not grow with the grid's fineness.
+pub(crate) const SLAB_BYTES: usize = 512 << 20;
 
-/// Cuts `0..depth` into slabs of [`SLAB_PLANES`]: per slab its own planes, and those with `halo` planes
-/// beyond them where the volume has them.
-pub(crate) fn slabs(depth: usize, halo: usize) -> impl Iterator<Item = (Range<usize>, Range<usize>)> {
-    (0..depth).step_by(SLAB_PLANES).map(move |start| {
-        let end = (start + SLAB_PLANES).min(depth);
+/// Cuts `0..depth` into slabs of planes that take `plane_bytes` each: per slab its own planes, and those with `halo`
+/// planes beyond them where the volume has them.
+pub(crate) fn slabs(
+    depth: usize,
+    halo: usize,
+    plane_bytes: usize,
+) -> impl Iterator<Item = (Range<usize>, Range<usize>)> {
+    let mut planes = SLAB_PLANES;
+    while planes > 1 && (planes + 2 * halo) * plane_bytes > SLAB_BYTES {
+        planes /= 2;
+    }
+    (0..depth).step_by(planes).map(move |start| {
+        let end = (start + planes).min(depth);
         (start..end, start.saturating_sub(halo)..(end + halo).min(depth))
     })
 }

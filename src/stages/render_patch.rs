@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage, Streamed, store_streamed};
 use crate::optics::{Tank, View};
 use crate::store::SlabSource;
-use crate::volume::{Grid, PatchRbf, PatchRbfRenderer};
+use crate::volume::{Grid, PatchMap, PatchRbf, PatchRbfRenderer};
 use serde::Serialize;
 
 /// One view's volume, the paper's way.
@@ -25,7 +25,7 @@ pub struct RenderPatch {
 
 impl Stage for RenderPatch {
     const NAME: &'static str = "render-patch";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         store_streamed(self, inputs, output, progress)
@@ -37,8 +37,8 @@ impl Streamed for RenderPatch {
         let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
         let view: View = inputs.one("camera")?.json("view")?;
         let lattice = four(inputs.one("lattice")?.array::<f32>("lattice")?.read()?)?;
-        let (renderer, grid) =
-            (PatchRbfRenderer::new(&view, &self.tank, &photo, self.sizes, lattice.view()), self.grid);
-        Ok(Box::new(ViewPlanes { grid, render: Box::new(move |planes, out| renderer.render_slab(&grid, planes, out)) }))
+        let grid = self.grid;
+        let renderer = PatchRbfRenderer::new(PatchMap::new(&view, &self.tank, &grid, self.sizes, lattice), &photo);
+        Ok(Box::new(ViewPlanes { grid, render: Box::new(move |planes, out| renderer.render_slab(planes, out)) }))
     }
 }

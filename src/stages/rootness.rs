@@ -5,7 +5,7 @@
 use super::{four, slabs};
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
-use crate::volume::rootness::{self, gray, rootness};
+use crate::volume::rootness::{self, Stream, gray};
 use serde::Serialize;
 
 /// Rootness with its parameters.
@@ -20,7 +20,12 @@ pub struct Rootness {
 
 impl Stage for Rootness {
     const NAME: &'static str = "rootness";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
+
+    fn peak_bytes(&self) -> u64 {
+        // A slab, the planes within the kernels' reach, and three shards.
+        1 << 30
+    }
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let merged = inputs.one("merged")?.array::<f32>("merged")?;
@@ -29,15 +34,16 @@ impl Stage for Rootness {
         let mut tangent = output.slabs::<i8>("tangent", &[&shape[..], &[3]].concat(), &["z", "y", "x", "c"])?;
         let mut scale = output.slabs::<u8>("scale", &shape, &["z", "y", "x"])?;
         progress.total(shape[0] as u64);
-        for (own, with_halo) in slabs(shape[0], self.params.halo(self.spacing_mm)) {
+        let mut stream = Stream::new([shape[0], shape[1], shape[2]], self.spacing_mm, &self.params)?;
+        // Colours, gray, and what becomes of them.
+        let plane_bytes = shape[1] * shape[2] * 28;
+        for (planes, _) in slabs(shape[0], 0, plane_bytes) {
             progress.check()?;
-            let slab = gray(four(merged.slab(with_halo.clone())?)?.view());
-            let inner = own.start - with_halo.start..own.end - with_halo.start;
-            let result = rootness(slab.view(), inner, self.spacing_mm, &self.params)?;
+            let result = stream.push(gray(four(merged.slab(planes)?)?.view()).view());
             values.push(result.rootness.view().into_dyn())?;
             tangent.push(result.tangent.view().into_dyn())?;
             scale.push(result.scale.view().into_dyn())?;
-            progress.advance(own.len() as u64);
+            progress.advance(result.scale.dim().0 as u64);
         }
         values.finish()?;
         tangent.finish()?;

@@ -25,6 +25,11 @@ impl Stage for Suppress {
     const NAME: &'static str = "suppress";
     const VERSION: u32 = 1;
 
+    fn peak_bytes(&self) -> u64 {
+        // A slab, and ridges of some hundredths of the voxels.
+        1 << 30
+    }
+
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let volume = inputs.one("rootness")?;
         let (values, tangent) = (volume.array::<f32>("rootness")?, volume.array::<i8>("tangent")?);
@@ -32,7 +37,7 @@ impl Stage for Suppress {
         let shape: [usize; 3] = [values.shape()[0], values.shape()[1], values.shape()[2]];
         let mut ridges = Ridges { shape, ..Ridges::default() };
         progress.total(shape[0] as u64);
-        for (own, with_halo) in slabs(shape[0], HALO) {
+        for (own, with_halo) in slabs(shape[0], HALO, shape[1] * shape[2] * 8) {
             progress.check()?;
             let slab = RootVolume {
                 rootness: three(values.slab(with_halo.clone())?)?,

@@ -25,6 +25,11 @@ impl Stage for Trace {
     const NAME: &'static str = "trace";
     const VERSION: u32 = 2;
 
+    fn peak_bytes(&self) -> u64 {
+        // The dense rootness, and ridges of some hundredths of its voxels.
+        self.grid.len() as u64 * 8
+    }
+
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let ridges = suppress::read(inputs.one("ridges")?)?;
         let strong: Vec<u32> = extract::read(inputs.one("roots")?)?.iter().map(|p| p.index).collect();

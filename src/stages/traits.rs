@@ -23,8 +23,6 @@ pub struct Traits {
 
 /// Vertices around a tube.
 const SIDES: usize = 8;
-/// Results hold no clock, so that equal inputs give equal files: the date is that of the profile.
-const PROFILE_DATE: &str = "2026-01-01T00:00:00Z";
 
 impl Stage for Traits {
     const NAME: &'static str = "traits";
@@ -50,7 +48,7 @@ impl Stage for Traits {
             return Ok(());
         }
         let about = rsml::About {
-            last_modified: PROFILE_DATE.to_owned(),
+            last_modified: rsml::PROFILE_DATE.to_owned(),
             software: concat!("rootvox ", env!("CARGO_PKG_VERSION")).to_owned(),
             user: "rootvox".to_owned(),
             file_key: self.study.clone(),

@@ -99,7 +99,7 @@ impl Volume {
         halve: fn(ArrayView3<f32>) -> Array3<f32>,
     ) -> Result<Array3<f32>> {
         let mut parts = Vec::new();
-        for (own, _) in slabs(self.grid.shape[0], 0) {
+        for (own, _) in slabs(self.grid.shape[0], 0, 0) {
             // Slabs are 16 planes deep: up to four halvings never mix two slabs.
             let mut part = read(own)?;
             for _ in 0..skipped {

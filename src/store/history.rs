@@ -19,21 +19,16 @@ pub struct Past {
     pub key: Key,
     /// Digest of its artefact.
     pub digest: Digest,
-    /// How long it took, in seconds.
+    /// How long it took with publishing, in seconds.
     pub seconds: f64,
     /// Bytes stored.
     pub bytes: u64,
 }
 
 /// Adds a line for `record`; a line that cannot be written is a loss of comfort only.
-pub(super) fn append(folder: &Path, record: &Manifest) {
-    let past = Past {
-        label: record.label.clone(),
-        key: record.key,
-        digest: record.digest,
-        seconds: record.seconds,
-        bytes: record.bytes(),
-    };
+pub(super) fn append(folder: &Path, record: &Manifest, seconds: f64) {
+    let past =
+        Past { label: record.label.clone(), key: record.key, digest: record.digest, seconds, bytes: record.bytes() };
     let Ok(mut line) = serde_json::to_vec(&past) else { return };
     line.push(b'\n');
     let path = folder.join(format!("{}.jsonl", record.stage));

@@ -119,19 +119,28 @@ impl Store {
         Ok(Self::at(home, root, None))
     }
 
-    /// Opens the store in the folder `home` over another one, such as a lab's: what this one does not have is taken
-    /// from there, and nothing is written there.
+    /// Opens the store in the folder `home` without making anything: where there is none, nothing is found.
+    pub fn look(home: &Path) -> Self {
+        Self::at(home, home.join(format!("v{FORMAT}")), None)
+    }
+
+    /// Whether there is a store of this format in the folder.
+    pub fn exists(&self) -> bool {
+        self.root().join("nodes").is_dir()
+    }
+
+    /// Puts another store, such as a lab's, behind this one: what this one does not have is taken from there, and
+    /// nothing is written there.
     ///
     /// # Errors
-    /// As [`Store::open`], and where there is no store in `upstream`.
-    pub fn open_over(home: &Path, upstream: &Path) -> Result<Self> {
-        let root = upstream.join(format!("v{FORMAT}"));
-        if !root.join("nodes").is_dir() {
+    /// Where there is no store in `upstream`.
+    pub fn over(self, upstream: &Path) -> Result<Self> {
+        let behind = Self::look(upstream);
+        if !behind.exists() {
             return Err(Error::usage(format!("there is no store of format {FORMAT} in `{}`", upstream.display()))
                 .help("name the folder that another `rootvox run` had as --cache"));
         }
-        let own = Self::open(home)?;
-        Ok(Self::at(home, own.root().to_owned(), Some(Self::at(upstream, root, None))))
+        Ok(Self::at(self.home(), self.root().to_owned(), Some(behind)))
     }
 
     fn at(home: &Path, root: PathBuf, upstream: Option<Self>) -> Self {
@@ -170,9 +179,8 @@ impl Store {
     fn own(&self, stage: &str, key: Key) -> Result<Option<Manifest>> {
         let path = self.folder(stage, key).join("manifest.json");
         match std::fs::read(&path) {
-            Ok(text) => serde_json::from_slice(&text).map(Some).map_err(|e| {
-                Error::io("understand", &path, e).help("delete the folder it lies in: it will be computed again")
-            }),
+            // A record that is damaged says nothing: the node is computed again and takes its place.
+            Ok(text) => Ok(serde_json::from_slice(&text).ok()),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(e) => Err(Error::io("read", &path, e)),
         }
@@ -275,9 +283,9 @@ impl Store {
         memory.save(&self.root().join("files.json"));
     }
 
-    /// Adds a run to the history.
-    pub fn record_history(&self, record: &Manifest) {
-        history::append(&self.root().join("history"), record);
+    /// Adds a run to the history; it took `seconds` with publishing.
+    pub fn record_history(&self, record: &Manifest, seconds: f64) {
+        history::append(&self.root().join("history"), record, seconds);
     }
 
     /// Earlier runs of `stage`, oldest first, those of the store behind before all others.

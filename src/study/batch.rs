@@ -58,8 +58,7 @@ impl Study {
     pub fn targets_of(&self, point: &Point) -> Vec<NodeId> {
         match &point.planned {
             Ok((_, nodes)) if self.is_sweep() => {
-                let traits = self.traits.then_some(nodes.traits);
-                nodes.numbers().into_iter().chain(traits).collect()
+                nodes.numbers().into_iter().chain(nodes.measures().filter(|_| self.traits)).collect()
             }
             Ok((_, nodes)) => nodes.targets(),
             Err(_) => Vec::new(),

@@ -23,14 +23,29 @@ const KNOWN: &[(&str, &str, &str)] = &[
     ("per_root.csv", "text/csv", "Traits of each root"),
     ("cameras.json", "application/json", "Lens and pose of every photograph"),
     ("score.json", "application/json", "Precision, recall and F1 against the truth"),
+    ("roots_score.json", "application/json", "The traced roots against the truth: where they are right, traits"),
+    ("camera_errors.json", "application/json", "Cameras and tank against those of the simulated capture"),
     ("volume.ome.zarr", "application/vnd+zarr", "Merged colours, rootness and labels, OME-Zarr 0.5"),
     ("overlays", "image/jpeg", "The roots on every photograph"),
     ("report.html", "text/html", "The result on one page"),
     ("sweep.csv", "text/csv", "One row per point of the sweep: values, scores, digest"),
+    ("curves.svg", "image/svg+xml", "Scores against the swept parameter"),
+    ("curves.csv", "text/csv", "Scores against the swept parameter: mean, least, greatest"),
     ("contact.svg", "image/svg+xml", "The roots of every point side by side"),
     ("points", "text/csv", "The numbers of every point, a folder each"),
     ("study.lock", "application/json", "Every parameter, version and digest; `rootvox rerun` repeats it"),
 ];
+
+/// Name of the file.
+pub const NAME: &str = "ro-crate-metadata.json";
+
+/// The files and folders that a page of metadata names; `None` where it is no such page.
+pub fn parts(page: &[u8]) -> Option<Vec<String>> {
+    let page: Value = serde_json::from_slice(page).ok()?;
+    let root = page["@graph"].as_array()?.iter().find(|entity| entity["@id"] == "./")?;
+    let parts = root["hasPart"].as_array()?.iter();
+    parts.map(|part| Some(part["@id"].as_str()?.to_owned())).collect()
+}
 
 /// The metadata of a results folder that holds `entries`; `made` is when its main node was computed (RFC 3339).
 ///
@@ -55,7 +70,7 @@ pub fn text(lock: &Lock, entries: &[(String, bool)], made: &str) -> Result<Strin
         })
         .collect();
     let mut graph = vec![
-        json!({ "@id": "ro-crate-metadata.json", "@type": "CreativeWork", "about": { "@id": "./" },
+        json!({ "@id": NAME, "@type": "CreativeWork", "about": { "@id": "./" },
             "conformsTo": { "@id": "https://w3id.org/ro/crate/1.1" } }),
         json!({ "@id": "./", "@type": "Dataset", "name": format!("Root system `{}`", lock.study),
             "description": "3D root system reconstructed from photographs of a plant in a water-filled cylinder",

@@ -3,6 +3,7 @@
 //! `--set a.b=value` lines are laid over the file before it is read; a value that is not TOML is taken
 //! as a string, so that `--set photos.dir=../plant-7` needs no quotes.
 
+use super::kept;
 use crate::error::{Error, Excerpt, Result};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -101,15 +102,24 @@ impl<'t> Document<'t> {
     /// Takes a section out and reads it as `T`; a missing section is an empty one. Faults are kept for
     /// [`Self::finish`]: keys at fault are left out and the rest is read, the defaults standing in.
     pub fn section<T: DeserializeOwned + Serialize + Default>(&mut self, key: &str) -> T {
-        let section = self.read(key);
-        if let Err(e) = note(&mut self.resolved, key, &section) {
-            self.faults.push(e);
+        let given = self.take_table(key);
+        let section = given.as_ref().map_or_else(T::default, |(span, table)| self.read(key, span, table.clone()));
+        match note(&mut self.resolved, key, &section) {
+            Ok(written) => {
+                self.slipped(key, given.map(|(_, table)| kept::dropped(&table, &written)).unwrap_or_default())
+            }
+            Err(e) => self.faults.push(e),
         }
         section
     }
 
-    fn read<T: DeserializeOwned + Default>(&mut self, key: &str) -> T {
-        let Some((span, mut table)) = self.take_table(key) else { return T::default() };
+    fn read<T: DeserializeOwned + Default>(&mut self, key: &str, span: &Range<usize>, mut table: DeTable<'t>) -> T {
+        // A value at fault is left out, for the next fault to be found and the rest to be read.
+        let slips: Vec<_> = table.iter().map(|(name, value)| (name.clone(), kept::not_finite(value))).collect();
+        for (name, slips) in slips.into_iter().filter(|(_, slips)| !slips.is_empty()) {
+            table.remove(&name);
+            self.slipped(key, slips);
+        }
         loop {
             let value = Spanned::new(span.clone(), DeValue::Table(table.clone()));
             let e = match T::deserialize(ValueDeserializer::from(value)) {
@@ -117,7 +127,6 @@ impl<'t> Document<'t> {
                 Err(e) => e,
             };
             self.faults.push(self.fault(&format!("[{key}] {}", e.message()), e.span()));
-            // Leave the key at fault out and look for the next fault.
             let guilty = e.span().and_then(|at| {
                 let holds = |s: Range<usize>| s.start <= at.start && at.end <= s.end;
                 table.iter().find(|(k, v)| holds(k.span()) || holds(v.span())).map(|(k, _)| k.clone())
@@ -127,6 +136,12 @@ impl<'t> Document<'t> {
                 None => return T::default(),
             }
         }
+    }
+
+    fn slipped(&mut self, key: &str, slips: Vec<kept::Slip>) {
+        let faults: Vec<Error> =
+            slips.into_iter().map(|(what, at)| self.fault(&format!("[{key}] {what}"), Some(at))).collect();
+        self.faults.extend(faults);
     }
 
     /// Lays a table over the document.
@@ -207,19 +222,19 @@ impl<'t> Document<'t> {
     }
 }
 
-/// Notes the values of a section as those that count.
+/// Notes the values of a section as those that count, and hands them back as TOML.
 ///
 /// # Errors
 /// Where they have no form in TOML.
-pub(super) fn note<T: Serialize>(resolved: &mut Resolved, key: &str, section: &T) -> Result<()> {
+pub(super) fn note<T: Serialize>(resolved: &mut Resolved, key: &str, section: &T) -> Result<toml::Table> {
     let cannot = |e: &dyn std::fmt::Display| Error::failed(format!("[{key}] cannot be written as TOML: {e}"));
     // By way of text, where a number of single precision has its shortest form.
     let text = toml::to_string(section).map_err(|e| cannot(&e))?;
     let table = text.parse::<toml::Table>().map_err(|e| cannot(&e))?;
     let prefix = format!("{key}.");
     resolved.retain(|name, _| !name.starts_with(&prefix));
-    flatten(key, table, resolved);
-    Ok(())
+    flatten(key, table.clone(), resolved);
+    Ok(table)
 }
 
 /// The values of nested tables under dotted names.
@@ -284,6 +299,12 @@ mod tests {
 
     #[test]
     fn several_faults_are_found_at_once_with_line_and_column() {
+        let (_, r) = read("[extract]\nlow = nan\n", &["extract.high=1e400"]);
+        let all: Vec<Error> = r.unwrap_err().apart();
+        assert_eq!(all.len(), 2, "{all:?}");
+        assert!(
+            all[0].message.contains("line 2, column 7: [extract] `nan`") || all[1].message.contains("line 2, column 7")
+        );
         let (_, r) = read("[extract]\nlow = \"x\"\nhihg = 0.2\n\n[extrakt]\n", &[]);
         let e = r.unwrap_err();
         let all: Vec<&str> = std::iter::once(&e).chain(&e.others).map(|e| e.message.as_str()).collect();

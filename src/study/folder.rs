@@ -1,6 +1,6 @@
 //! A folder of results: written beside its place and swapped in by rename, so that it never mixes two runs.
 //!
-//! Its `study.lock` says which nodes it was made from; a folder whose lock is equal is left alone.
+//! Its `study.lock` says which nodes it was made from; a folder whose lock is equal, and which is complete, is left alone.
 
 use super::crate_metadata;
 use super::lock::Lock;
@@ -26,7 +26,7 @@ impl Fresh {
     pub fn begin(results_dir: &Path, lock: &Lock) -> Result<Option<Self>> {
         let (name, text) = (&lock.study, lock.text()?);
         let target = results_dir.join(name);
-        if fs::read_to_string(target.join(LOCK)).is_ok_and(|old| old == text) {
+        if fs::read_to_string(target.join(LOCK)).is_ok_and(|old| old == text) && is_complete(&target) {
             return Ok(None);
         }
         fs::create_dir_all(results_dir)
@@ -70,9 +70,15 @@ impl Fresh {
         let mut entries: Vec<_> =
             entries.map(|entry| (entry.file_name().to_string_lossy().into_owned(), entry.path().is_dir())).collect();
         entries.sort();
-        self.write("ro-crate-metadata.json", crate_metadata::text(lock, &entries, made)?.as_bytes())?;
+        self.write(crate_metadata::NAME, crate_metadata::text(lock, &entries, made)?.as_bytes())?;
         swap_in(self.folder, &self.target)
     }
+}
+
+/// Whether every part that the folder's metadata names is there: somebody may have removed one.
+fn is_complete(target: &Path) -> bool {
+    let parts = fs::read(target.join(crate_metadata::NAME)).ok().and_then(|page| crate_metadata::parts(&page));
+    parts.is_some_and(|parts| parts.iter().all(|part| target.join(part).exists()))
 }
 
 /// Puts the fresh folder in the target's place.

@@ -14,12 +14,15 @@ use crate::stages::capture::{Capture, photo_name};
 use crate::stages::contrast::Contrast;
 use crate::stages::diameters::Diameters;
 use crate::stages::evaluate::Evaluate;
+use crate::stages::evaluate_cameras::EvaluateCameras;
+use crate::stages::evaluate_roots::EvaluateRoots;
 use crate::stages::extract::Extract;
 use crate::stages::feature::Feature;
 use crate::stages::hierarchy::Hierarchy;
 use crate::stages::labels::Labels;
 use crate::stages::lattice::Lattice;
 use crate::stages::merge::Merge;
+use crate::stages::misjudge::Misjudge;
 use crate::stages::overlay::Overlay;
 use crate::stages::photograph::Photograph;
 use crate::stages::pose::Pose;
@@ -62,30 +65,40 @@ pub struct StudyNodes {
     pub spread: Option<NodeId>,
     /// Pictures of a slice, where the study asks for one.
     pub slices: Option<NodeId>,
-    /// The score, where the truth is known.
+    /// The score of the root voxels, where the truth is known.
     pub score: Option<NodeId>,
+    /// The score of the traced roots, where the truth is known.
+    pub roots_score: Option<NodeId>,
+    /// Errors of cameras and tank, where the capture was simulated.
+    pub camera_errors: Option<NodeId>,
 }
 
 impl StudyNodes {
     /// The nodes of the numbers: what a point of a sweep is compared by.
     pub fn numbers(&self) -> Vec<NodeId> {
-        [self.cameras, self.extract].into_iter().chain(self.slices).chain(self.score).collect()
+        let truth = self.score.into_iter().chain(self.camera_errors);
+        [self.cameras, self.extract].into_iter().chain(self.slices).chain(truth).collect()
+    }
+
+    /// The nodes of what is measured on traced roots.
+    pub fn measures(&self) -> impl Iterator<Item = NodeId> {
+        std::iter::once(self.traits).chain(self.roots_score)
     }
 
     /// All nodes that a run brings up to date.
     pub fn targets(&self) -> Vec<NodeId> {
-        let mut targets = vec![self.cameras, self.extract, self.traits, self.volume, self.labels];
+        let mut targets = self.numbers();
+        targets.extend(self.measures());
+        targets.extend([self.volume, self.labels]);
         targets.extend(&self.overlays);
         targets.extend(&self.root_overlays);
         targets.extend(self.spread);
-        targets.extend(self.slices);
-        targets.extend(self.score);
         targets
     }
 }
 
 /// Adds the nodes that make of every undistorted photograph its contrast along the roots' colour axis.
-fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> Vec<NodeId> {
+fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> (Vec<NodeId>, NodeId) {
     let contrasts: Vec<NodeId> = seen
         .iter()
         .map(|&(name, photo, camera)| {
@@ -97,7 +110,7 @@ fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> Vec<NodeId> {
     let feature = |(&(name, ..), contrast): (&Seen<'_>, NodeId)| {
         graph.add(&format!("feature/{name}"), Feature {}, &[("contrast", &[contrast]), ("axis", &[axis])])
     };
-    seen.iter().zip(contrasts).map(feature).collect()
+    (seen.iter().zip(contrasts).map(feature).collect(), axis)
 }
 
 /// Adds the study to the graph.
@@ -131,7 +144,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             let capture = graph.add(
                 "capture",
                 Capture {
-                    tank: s.tank.clone(),
+                    tank: s.true_tank.clone(),
                     growth: simulate.growth.clone(),
                     capture: simulate.capture.clone(),
                     seed: simulate.seed,
@@ -142,7 +155,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             let files: Vec<NodeId> = (0..simulate.capture.views)
                 .map(|view| {
                     let stage = Photograph {
-                        tank: s.tank.clone(),
+                        tank: s.true_tank.clone(),
                         capture: simulate.capture.clone(),
                         seed: simulate.seed,
                         view,
@@ -151,7 +164,11 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
                 })
                 .collect();
             let cameras = match s.cameras.source {
-                CameraSource::File => capture,
+                CameraSource::File if simulate.misjudge.is_none() => capture,
+                CameraSource::File => {
+                    let stage = Misjudge { params: simulate.misjudge, seed: simulate.seed };
+                    graph.add("misjudge", stage, &[("cameras", &[capture])])
+                }
                 CameraSource::Sfm => cameras_from_photographs(graph, s, &names, &files),
             };
             (names, files, cameras, Some(capture))
@@ -166,15 +183,20 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
         seen.push((name, undistorted, camera));
     }
-    let rendered = if s.contrast.enabled { features(graph, s, &seen) } else { seen.iter().map(|v| v.1).collect() };
+    let (rendered, axis) = if s.contrast.enabled {
+        let (features, axis) = features(graph, s, &seen);
+        (features, vec![axis])
+    } else {
+        (seen.iter().map(|v| v.1).collect(), Vec::new())
+    };
     let views: Vec<NodeId> = seen
         .iter()
         .zip(rendered)
         .map(|(&(name, _, camera), photo)| rendered_view(graph, s, name, photo, camera, is_virtual))
         .collect();
-    let own = reconstruct(graph, s, &files, &seen, &views, "");
+    let own = reconstruct(graph, s, &Photographs { files: &files, seen: &seen, views: &views, axis: &axis }, "");
     let Reconstruction { merged, rootness, extract, system, traits } = own;
-    let spread = spread(graph, s, &files, &seen, &views, traits)?;
+    let spread = spread(graph, s, &Photographs { files: &files, seen: &seen, views: &views, axis: &axis }, traits)?;
     let root_overlays = seen
         .iter()
         .map(|&(name, photo, camera)| {
@@ -197,17 +219,25 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     let labels = graph.add("labels", Labels { grid: s.grid }, &[("system", &[system])]);
     let slices = s.report.slice.map(|depth_mm| Slices::at(depth_mm, &s.grid)).transpose()?;
     let slices = slices.map(|stage| graph.add("slices", stage, &[("merged", &[merged]), ("rootness", &[rootness])]));
+    let params = ScoreParams {
+        z_min_mm: s.truth.z_min,
+        z_max_mm: s.truth.z_max.unwrap_or(s.grid.spacing_mm * s.grid.shape[0] as f64 - 2.0),
+        free_azimuth: s.cameras.source == CameraSource::Sfm,
+        ..ScoreParams::default()
+    };
     let score = truth.map(|truth| {
-        let stage = Evaluate {
-            tank: s.tank.clone(),
-            params: ScoreParams {
-                z_min_mm: s.truth.z_min,
-                z_max_mm: s.truth.z_max.unwrap_or(s.grid.spacing_mm * s.grid.shape[0] as f64 - 2.0),
-                free_azimuth: s.cameras.source == CameraSource::Sfm,
-                ..ScoreParams::default()
-            },
-        };
+        let stage = Evaluate { tank: s.true_tank.clone(), params: params.clone() };
         graph.add("evaluate", stage, &[("roots", &[extract]), ("truth", &[truth])])
+    });
+    let roots_score = truth.map(|truth| {
+        let stage = EvaluateRoots { tank: s.true_tank.clone(), params };
+        graph.add("evaluate-roots", stage, &[("system", &[system]), ("truth", &[truth])])
+    });
+    // Two cameras fix no frame.
+    let simulated = matches!(s.source, Source::Simulated(_)) && photos.len() > 2;
+    let camera_errors = truth.filter(|_| simulated).map(|truth| {
+        let stage = EvaluateCameras { true_tank: s.true_tank.clone(), tank: s.tank.clone() };
+        graph.add("evaluate-cameras", stage, &[("cameras", &[cameras]), ("truth", &[truth])])
     });
     Ok(StudyNodes {
         photos,
@@ -222,6 +252,8 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         spread,
         slices,
         score,
+        roots_score,
+        camera_errors,
     })
 }
 
@@ -237,17 +269,19 @@ struct Reconstruction {
 /// A photograph's name, undistorted picture and camera.
 type Seen<'a> = (&'a String, NodeId, NodeId);
 
-/// From rendered views to traits; `draw` is added to the names of the nodes. The lists run alike.
-fn reconstruct(
-    graph: &mut Graph,
-    s: &Settings,
-    photos: &[NodeId],
-    seen: &[Seen<'_>],
-    views: &[NodeId],
-    draw: &str,
-) -> Reconstruction {
+/// Photographs to reconstruct from; the lists run alike.
+struct Photographs<'a> {
+    files: &'a [NodeId],
+    seen: &'a [Seen<'a>],
+    views: &'a [NodeId],
+    /// The colour axis, where it is learned.
+    axis: &'a [NodeId],
+}
+
+/// From rendered views to traits; `draw` is added to the names of the nodes.
+fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &str) -> Reconstruction {
     let name = |stage: &str| format!("{stage}{draw}");
-    let merged = graph.add(&name("merge"), Merge { params: s.merge.clone() }, &[("views", views)]);
+    let merged = graph.add(&name("merge"), Merge { params: s.merge.clone() }, &[("views", from.views)]);
     let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
     let rootness = graph.add(&name("rootness"), rootness, &[("merged", &[merged])]);
     let ridges = graph.add(&name("suppress"), Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
@@ -257,9 +291,9 @@ fn reconstruct(
     let ports = [("ridges", &[ridges][..]), ("roots", &[extract]), ("rootness", &[rootness])];
     let traced = graph.add(&name("trace"), trace, &ports);
     let measured = if s.diameters.enabled {
-        let cameras: Vec<NodeId> = seen.iter().map(|v| v.2).collect();
+        let cameras: Vec<NodeId> = from.seen.iter().map(|v| v.2).collect();
         let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
-        let ports = [("pieces", &[traced][..]), ("photos", photos), ("cameras", &cameras)];
+        let ports = [("pieces", &[traced][..]), ("photos", from.files), ("cameras", &cameras), ("axis", from.axis)];
         graph.add(&name("diameters"), diameters, &ports)
     } else {
         traced
@@ -275,28 +309,22 @@ fn reconstruct(
 ///
 /// # Errors
 /// Where halves are too few or too small.
-fn spread(
-    graph: &mut Graph,
-    s: &Settings,
-    photos: &[NodeId],
-    seen: &[Seen<'_>],
-    views: &[NodeId],
-    traits: NodeId,
-) -> Result<Option<NodeId>> {
+fn spread(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, traits: NodeId) -> Result<Option<NodeId>> {
     let count = s.traits.resample;
     if count == 0 {
         return Ok(None);
     }
-    if !(2..=1000).contains(&count) || views.len() < 6 {
-        return Err(Error::usage(format!("traits.resample is {count} for {} photographs", views.len()))
+    if !(2..=1000).contains(&count) || from.views.len() < 6 {
+        return Err(Error::usage(format!("traits.resample is {count} for {} photographs", from.views.len()))
             .help("give 2 to 1000 halves of at least 6 photographs, or 0"));
     }
     let mut draws = Vec::with_capacity(count);
-    for (n, half) in halves(views.len(), count).iter().enumerate() {
+    for (n, half) in halves(from.views.len(), count).iter().enumerate() {
         let pick = |list: &[NodeId]| half.iter().map(|&v| list[v]).collect::<Vec<_>>();
-        let seen: Vec<Seen<'_>> = half.iter().map(|&v| seen[v]).collect();
-        let one = reconstruct(graph, s, &pick(photos), &seen, &pick(views), &format!("/half-{}", n + 1));
-        draws.push(one.traits);
+        let seen: Vec<Seen<'_>> = half.iter().map(|&v| from.seen[v]).collect();
+        let (files, views) = (pick(from.files), pick(from.views));
+        let half = Photographs { files: &files, seen: &seen, views: &views, axis: from.axis };
+        draws.push(reconstruct(graph, s, &half, &format!("/half-{}", n + 1)).traits);
     }
     Ok(Some(graph.add("spread", Spread {}, &[("traits", &[traits][..]), ("draws", &draws)])))
 }

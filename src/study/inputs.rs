@@ -81,7 +81,7 @@ pub struct TankSection {
 }
 
 /// `[tank.index]`.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct IndexSection {
     /// n₁, 1.0 for air.
@@ -147,6 +147,49 @@ impl TankSection {
         };
         Error::many(missing)?;
         tank.check()?;
+        Ok(tank)
+    }
+}
+
+/// `[simulate.tank]`: the tank that is photographed, where it is to be another than that of `[tank]`, by which the
+/// reconstruction goes: what a wrong assumption does. What is not given is as in `[tank]`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrueTank {
+    /// Outer radius r, mm.
+    pub radius: Option<f64>,
+    /// Outer height h, mm.
+    pub height: Option<f64>,
+    /// Thickness τ of wall and floor, mm.
+    pub wall: Option<f64>,
+    /// Depth of the water surface below the rim, mm.
+    pub water_level: Option<f64>,
+    /// Refractive indices.
+    pub index: IndexSection,
+    /// Opaque bands around the outer wall, [z from, z to], mm.
+    pub belts: Option<Vec<[f64; 2]>>,
+}
+
+impl TrueTank {
+    /// The tank that is photographed.
+    ///
+    /// # Errors
+    /// What makes no tank ([`Tank::check`]).
+    pub fn resolve(&self, assumed: &Tank) -> Result<Tank> {
+        let Index { air, wall, water } = assumed.index;
+        let tank = Tank {
+            radius_mm: self.radius.unwrap_or(assumed.radius_mm),
+            height_mm: self.height.unwrap_or(assumed.height_mm),
+            wall_mm: self.wall.unwrap_or(assumed.wall_mm),
+            water_level_mm: self.water_level.unwrap_or(assumed.water_level_mm),
+            index: Index {
+                air: self.index.air.unwrap_or(air),
+                wall: self.index.wall.unwrap_or(wall),
+                water: self.index.water.unwrap_or(water),
+            },
+            belts_mm: self.belts.clone().unwrap_or_else(|| assumed.belts_mm.clone()),
+        };
+        tank.check().map_err(|e| e.at("[simulate.tank]"))?;
         Ok(tank)
     }
 }
@@ -252,6 +295,23 @@ mod tests {
             ..TankSection::default()
         };
         assert!(thick.resolve(Path::new(".")).unwrap_err().message.contains("not thinner"));
+    }
+
+    #[test]
+    fn the_photographed_tank_is_the_assumed_one_but_for_what_is_said() {
+        let assumed = Tank {
+            radius_mm: 50.0,
+            height_mm: 100.0,
+            wall_mm: 3.0,
+            water_level_mm: 5.0,
+            index: Index::default(),
+            belts_mm: vec![[0.0, 10.0]],
+        };
+        assert_eq!(TrueTank::default().resolve(&assumed).unwrap(), assumed);
+        let truth = TrueTank { wall: Some(4.0), ..TrueTank::default() };
+        assert_eq!(truth.resolve(&assumed).unwrap(), Tank { wall_mm: 4.0, ..assumed.clone() });
+        let none = TrueTank { radius: Some(-1.0), ..TrueTank::default() };
+        assert!(none.resolve(&assumed).unwrap_err().to_string().contains("simulate.tank"));
     }
 
     #[test]

@@ -26,6 +26,9 @@ const ROOT_FILES: [&str; 9] = [
     "roots.swc",
 ];
 
+/// Warnings of one stage that the page shows.
+const MOST_WARNINGS: usize = 3;
+
 /// Brings `results_dir/<name>` up to date and tells whether it had to be written.
 ///
 /// # Errors
@@ -64,6 +67,9 @@ pub fn made(nodes: &StudyNodes, report: &Report) -> Option<String> {
 /// # Errors
 /// Where something is missing or cannot be copied.
 pub fn put_roots(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Report) -> Result<()> {
+    if let Some(score) = nodes.roots_score {
+        fresh.put(report, score, "judgement", &format!("{prefix}roots_score.json"))?;
+    }
     let rsml = report.artefact(nodes.traits)?.has("roots.rsml").then_some("roots.rsml");
     for name in ROOT_FILES.into_iter().chain(rsml) {
         fresh.put(report, nodes.traits, name, &format!("{prefix}{name}"))?;
@@ -79,6 +85,9 @@ pub fn put_numbers(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Rep
     fresh.put(report, nodes.extract, "root_voxels.csv", &format!("{prefix}root_voxels.csv"))?;
     if let Some(score) = nodes.score {
         fresh.put(report, score, "score", &format!("{prefix}score.json"))?;
+    }
+    if let Some(errors) = nodes.camera_errors {
+        fresh.put(report, errors, "errors", &format!("{prefix}camera_errors.json"))?;
     }
     if let Some(slices) = nodes.slices {
         for name in ["merged.png", "coverage.png", "rootness.png"] {
@@ -101,10 +110,18 @@ fn page(settings: &Settings, graph: &Graph, nodes: &StudyNodes, report: &Report)
         extract::read(&report.artefact(nodes.extract)?)?.iter().map(|r| (r.point_mm, r.component)).collect();
     let score = nodes.score.map(|n| report.artefact(n)?.json("score")).transpose()?;
     let (mut parameters, mut warnings) = (BTreeMap::new(), Vec::new());
+    let mut warned: BTreeMap<&str, usize> = BTreeMap::new();
     for node in graph.nodes() {
         let Some(manifest) = report.manifest(node) else { continue };
-        warnings.extend(manifest.warnings.iter().map(|w| format!("{}: {w}", graph.label(node))));
+        let count = warned.entry(graph.stage(node).unwrap_or_default()).or_default();
+        // What every photograph warns of alike is said for the first ones.
+        let shown = manifest.warnings.len().min(MOST_WARNINGS.saturating_sub(*count));
+        warnings.extend(manifest.warnings[..shown].iter().map(|w| format!("{}: {w}", graph.label(node))));
+        *count += manifest.warnings.len();
         parameters.entry(manifest.stage.clone()).or_insert_with(|| format!("{:#}", manifest.params));
+    }
+    for (stage, count) in warned.into_iter().filter(|&(_, count)| count > MOST_WARNINGS) {
+        warnings.push(format!("{stage}: {} more warnings of this kind", count - MOST_WARNINGS));
     }
     let overlays: Vec<String> = nodes.photos.iter().map(|p| overlay_path(p, "")).collect();
     Ok(Page {

@@ -1,7 +1,8 @@
 //! A study as its file says it, checked: every section typed, every default written out.
 
 use super::document::{Document, Resolved, Sources, note};
-use super::inputs::{Cameras, GridSection, Photos, StudySection, TankSection, Truth, find_photographs};
+use super::inputs::find_photographs;
+use super::inputs::{CameraSource, Cameras, GridSection, Photos, StudySection, TankSection, TrueTank, Truth};
 use super::render::RenderSection;
 use crate::calibration::RegisterParams;
 use crate::calibration::masks::MaskParams;
@@ -11,7 +12,7 @@ use crate::photo::contrast::ContrastParams;
 use crate::roots::diameter::DiameterParams;
 use crate::roots::traits::TraitParams;
 use crate::roots::{HierarchyParams, TraceParams};
-use crate::simulation::{CaptureParams, GrowthParams};
+use crate::simulation::{CaptureParams, GrowthParams, MisjudgeParams};
 use crate::stages::sfm::SfmParams;
 use crate::volume::Grid;
 use crate::volume::hysteresis::Hysteresis;
@@ -31,6 +32,10 @@ pub struct Simulate {
     pub growth: GrowthParams,
     /// How they are photographed.
     pub capture: CaptureParams,
+    /// The tank they stand in, where `[tank]` is to be a wrong assumption.
+    pub tank: TrueTank,
+    /// Errors of the cameras that the reconstruction goes by.
+    pub misjudge: MisjudgeParams,
 }
 
 /// `[overlay]`: the pictures of roots on photographs.
@@ -39,6 +44,16 @@ pub struct Simulate {
 pub struct OverlaySection {
     /// Radius of a mark, px.
     pub mark_radius: f64,
+}
+
+impl OverlaySection {
+    /// Refuses a mark that is none.
+    fn check(&self) -> Result<()> {
+        if (0.0..=100.0).contains(&self.mark_radius) {
+            return Ok(());
+        }
+        Err(Error::usage(format!("overlay.mark_radius is {}", self.mark_radius)).help("give 0 to 100 px"))
+    }
 }
 
 impl Default for OverlaySection {
@@ -81,8 +96,10 @@ pub struct Settings {
     pub sfm: SfmParams,
     /// `[pose]`, read where cameras come from the photographs.
     pub pose: RegisterParams,
-    /// The tank.
+    /// The tank that the reconstruction goes by.
     pub tank: Tank,
+    /// The tank that was photographed: another only in simulated captures that say so.
+    pub true_tank: Tank,
     /// The voxels.
     pub grid: Grid,
     /// `[render]`.
@@ -202,21 +219,37 @@ impl Settings {
         let overlay: OverlaySection = file.section("overlay");
         let report: ReportSection = file.section("report");
         let truth: Truth = file.section("truth");
-        for checked in [render.check(), contrast.check(), merge.check(), extract.check(), rootness.check(grid.spacing)]
-        {
+        let simulated_as =
+            if simulated { [simulate.growth.check(), simulate.capture.check()] } else { [Ok(()), Ok(())] };
+        let checks = [
+            render.check(),
+            contrast.check(),
+            merge.check(),
+            extract.check(),
+            rootness.check(grid.spacing),
+            overlay.check(),
+        ];
+        for checked in checks.into_iter().chain(simulated_as) {
             if let Err(e) = checked {
                 file.refuse(e);
             }
         }
+        if !simulate.misjudge.is_none() && cameras.source == CameraSource::Sfm {
+            file.refuse(
+                Error::usage("simulate.misjudge has no effect on cameras that are found in the photographs")
+                    .help("leave it out, or set cameras.source = \"file\""),
+            );
+        }
         let mut resolved = file.finish(SECTIONS)?;
 
         let input_dir = origin.base.join(&photos.dir);
+        let tank = tank.resolve(&input_dir)?;
+        let true_tank = simulate.tank.resolve(&tank)?;
         let source = if simulated {
             Source::Simulated(Box::new(simulate))
         } else {
             Source::Files(find_photographs(&input_dir, &photos)?)
         };
-        let tank = tank.resolve(&input_dir)?;
         note(&mut resolved, "tank", &TankSection::from(&tank))?;
         resolved.retain(|name, _| simulated || !name.starts_with("simulate."));
         let depth_mm = grid.depth.unwrap_or_else(|| tank.floor_mm());
@@ -236,6 +269,7 @@ impl Settings {
             pose,
             grid: Grid::of_tank(&tank, grid.spacing, depth_mm)?,
             tank,
+            true_tank,
             render,
             contrast,
             merge,

@@ -1,4 +1,5 @@
-//! The results folder of a sweep: `sweep.csv`, `contact.svg`, and per point `points/<number>/` with its numbers.
+//! The results folder of a sweep: `sweep.csv`, `contact.svg`, where scores stand against a number `curves.svg` and
+//! `curves.csv`, and per point `points/<number>/` with its numbers.
 //!
 //! Written beside itself and swapped in by rename, as the results of a single study. Points that failed are in the
 //! table with their error and on the sheet with an empty panel.
@@ -9,11 +10,13 @@ use super::graph::StudyNodes;
 use super::lock::Lock;
 use super::results::{made, put_numbers, put_roots};
 use super::settings::Settings;
+use super::sweep_curves::Curves;
 use super::table::Table;
 use crate::error::{Error, Result};
-use crate::evaluation::Score;
+use crate::evaluation::{CameraErrors, Score};
 use crate::flow::{NodeId, Report};
 use crate::report::contact::{Panel, sheet};
+use crate::stages::evaluate_roots::Judgement;
 use crate::stages::extract;
 use std::path::Path;
 
@@ -89,7 +92,14 @@ impl<'a> Swept<'a> {
             }
             table.put("rms_mm", score.rms_mm.map(|v| format!("{v:.6}")).unwrap_or_default());
         }
+        if let Some(node) = nodes.camera_errors {
+            let errors: CameraErrors = self.report.artefact(node)?.json("errors")?;
+            table.put("camera_rms_px", format!("{:.6}", errors.water_rms_px));
+        }
         if self.study.traits {
+            if let Some(node) = nodes.roots_score {
+                put_judgement(&self.report.artefact(node)?.json("judgement")?, table);
+            }
             let traits = self.report.artefact(nodes.traits)?.bytes("traits.csv")?;
             let mut rows = csv::Reader::from_reader(traits.as_slice());
             for row in rows.records() {
@@ -161,10 +171,30 @@ impl<'a> Swept<'a> {
             }
             put_numbers(&fresh, &prefix, nodes, self.report)?;
         }
-        fresh.write("sweep.csv", &self.table()?.csv()?)?;
+        let table = self.table()?;
+        fresh.write("sweep.csv", &table.csv()?)?;
+        if let Some(curves) = self.study.parameters.first().and_then(|parameter| Curves::of(&table, parameter)) {
+            fresh.write("curves.svg", curves.svg(&self.study.name)?.as_bytes())?;
+            fresh.write("curves.csv", &curves.csv()?)?;
+        }
         fresh.write("contact.svg", self.contact()?.as_bytes())?;
         let made = self.done().filter_map(|(_, _, nodes)| made(nodes, self.report)).max();
         fresh.publish(&lock, &made.unwrap_or_default())?;
         Ok(true)
+    }
+}
+
+/// What is said of the traced roots against the true ones.
+fn put_judgement(judgement: &Judgement, table: &mut Table) {
+    for at in &judgement.score.at {
+        table.put(&format!("roots_f1_{}mm", at.tolerance_mm), format!("{:.6}", at.f1));
+    }
+    let bias = judgement.score.length_bias;
+    table.put("length_bias", bias.map(|v| format!("{v:.6}")).unwrap_or_default());
+    for (name, matched) in [("tips", judgement.detail.tips), ("branch_points", judgement.detail.branch_points)] {
+        if let Some(m) = matched {
+            table.put(&format!("{name}_precision"), format!("{:.6}", m.precision()));
+            table.put(&format!("{name}_recall"), format!("{:.6}", m.recall()));
+        }
     }
 }

@@ -39,13 +39,19 @@ impl Table {
         tables::csv(&columns, self.rows.iter().map(whole))
     }
 
+    /// The numbers of a column, row by row; `None` where there is no such column.
+    pub fn numbers(&self, column: &str) -> Option<Vec<Option<f64>>> {
+        let at = self.columns.iter().position(|c| c == column)?;
+        Some(self.rows.iter().map(|row| row.get(at)?.parse().ok()).collect())
+    }
+
     /// The row that is best by a column: distances (`rms_mm`) are best small, a bias (`length_bias`) best near 0,
     /// everything else best large. The first of equals; `None` if no row has a number there.
     ///
     /// # Errors
     /// Where there is no such column.
     pub fn best(&self, column: &str) -> Result<Option<usize>> {
-        let at = self.columns.iter().position(|c| c == column).ok_or_else(|| {
+        let numbers = self.numbers(column).ok_or_else(|| {
             Error::usage(format!("the sweep has no column `{column}`"))
                 .help(format!("its columns are {}", self.columns.join(", ")))
         })?;
@@ -55,8 +61,8 @@ impl Table {
             _ => x,
         };
         let mut best: Option<(usize, f64)> = None;
-        for (n, row) in self.rows.iter().enumerate() {
-            let Some(value) = row.get(at).and_then(|t| t.parse().ok()).map(merit) else { continue };
+        for (n, value) in numbers.into_iter().enumerate() {
+            let Some(value) = value.map(merit) else { continue };
             if best.is_none_or(|(_, most)| value > most) {
                 best = Some((n, value));
             }

@@ -39,9 +39,27 @@ impl Kernels {
     }
 }
 
+/// Outputs that [`correlate`] holds in registers while it runs through the kernel.
+const BLOCK: usize = 32;
+
 /// `out[i] = k[0] row(0)[i] + Σ_x k[x] (row(x)[i] ± row(-x)[i])`, minus for an odd kernel, summed in
 /// the order of x. `row(x)` gives the samples displaced by x, at least as many as `out` holds.
+#[inline(always)]
 pub fn correlate<'a>(out: &mut [f32], kernel: &[f32], odd: bool, row: impl Fn(isize) -> &'a [f32]) {
+    let whole = out.len() / BLOCK * BLOCK;
+    let (blocks, rest) = out.split_at_mut(whole);
+    for (n, out) in blocks.chunks_exact_mut(BLOCK).enumerate() {
+        let from = n * BLOCK;
+        let part = |x: isize| &row(x)[from..from + BLOCK];
+        let mut sums = [0.0; BLOCK];
+        add_up(&mut sums, kernel, odd, part);
+        out.copy_from_slice(&sums);
+    }
+    add_up(rest, kernel, odd, |x| &row(x)[whole..]);
+}
+
+#[inline(always)]
+fn add_up<'a>(out: &mut [f32], kernel: &[f32], odd: bool, row: impl Fn(isize) -> &'a [f32]) {
     let n = out.len();
     let centre = &row(0)[..n];
     for i in 0..n {

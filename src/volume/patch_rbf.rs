@@ -8,7 +8,7 @@
 //! 2. [`PatchRbfRenderer`]: between the nodes u and v are interpolated by radial basis functions, φ(r) = r³ with a
 //!    linear part, fitted for each lattice cell to the nodes of the cell and one more on either side (up to 4 x 4 x
 //!    4), among those that lie within δ of their ray. Where fewer than [`FEWEST_NODES`] remain, or they lie in one
-//!    plane, the cell carries no evidence.
+//!    plane (then nothing tells how the pixels change across it), the cell carries no evidence.
 //!
 //! The ray of the interpolated pixel is traced: voxels over δ away from it carry no evidence, nor do those
 //! that [`super::render`] rules out.
@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::optics::{Tank, Vec3, View, WaterRay, trace};
 use crate::photo::{Picture, Pyramid};
 use nalgebra::{DMatrix, Dyn, Matrix, U2, VecStorage};
-use ndarray::{Array4, ArrayView4, ArrayViewMut4};
+use ndarray::{Array4, ArrayViewMut4};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -183,14 +183,21 @@ pub fn lattice(view: &View, tank: &Tank, grid: &Grid, sizes: &PatchRbf) -> Resul
     Ok(out)
 }
 
-/// One view ready to be mapped onto voxels from its lattice.
+/// Where one view sees the voxels, from its lattice.
 #[derive(Debug, Clone)]
-pub struct PatchRbfRenderer {
+pub struct PatchMap {
     view: View,
     tank: Tank,
-    pyramid: Pyramid,
+    grid: Grid,
     sizes: PatchRbf,
     lattice: Array4<f32>,
+}
+
+/// One view ready to be mapped onto voxels.
+#[derive(Debug, Clone)]
+pub struct PatchRbfRenderer {
+    map: PatchMap,
+    pyramid: Pyramid,
 }
 
 /// The fitted interpolant of one cell: its nodes and, per node and for 1, z, y, x, the weights of u and v.
@@ -200,41 +207,34 @@ struct Fit {
 }
 
 impl PatchRbfRenderer {
-    /// `undistorted` is the view's photograph as its ideal lens would have taken it; `lattice` comes from
-    /// [`lattice`] with the same view, tank, grid and sizes. Sampling is the paper's, at one point.
-    pub fn new(view: &View, tank: &Tank, undistorted: &Picture, sizes: PatchRbf, lattice: ArrayView4<f32>) -> Self {
-        Self {
-            view: view.ideal(),
-            tank: tank.clone(),
-            pyramid: Pyramid::flat(undistorted),
-            sizes,
-            lattice: lattice.to_owned(),
-        }
+    /// `undistorted` is the view's photograph as its ideal lens would have taken it. Sampling is the paper's, at one
+    /// point.
+    pub fn new(map: PatchMap, undistorted: &Picture) -> Self {
+        Self { map, pyramid: Pyramid::flat(undistorted) }
     }
 
-    /// Renders the planes `planes` of `grid` into `out`, (z, y, x, 4) u8: red, green, blue, mask (255 where
+    /// Renders the planes `planes` of the grid into `out`, (z, y, x, 4) u8: red, green, blue, mask (255 where
     /// the view has evidence, else 0).
     ///
     /// # Panics
     /// Where `out` does not have the shape of the slab or `planes` reaches beyond the grid.
-    pub fn render_slab(&self, grid: &Grid, planes: Range<usize>, mut out: ArrayViewMut4<u8>) {
+    pub fn render_slab(&self, planes: Range<usize>, mut out: ArrayViewMut4<u8>) {
+        let (map, grid) = (&self.map, &self.map.grid);
         let [depth, rows, columns] = grid.shape;
         assert!(planes.end <= depth && out.dim() == (planes.len(), rows, columns, 4), "slab and array must agree");
         out.fill(0);
-        let centre = self.view.centre_in_tank();
-        let found: Vec<_> = self
-            .cells(grid, &planes)
+        let centre = map.view.centre_in_tank();
+        let found: Vec<_> = map
+            .cells(&planes)
             .into_par_iter()
             .map(|cell| {
-                let fit = self.fit(grid, &cell.node)?;
+                let fit = map.fit(&cell.node)?;
                 let mut voxels = Vec::new();
                 for k in cell.voxels[0].clone() {
                     for j in cell.voxels[1].clone() {
                         for i in cell.voxels[2].clone() {
                             let point = grid.point_mm(k as f64, j as f64, i as f64);
-                            let inside = point.x.hypot(point.y) <= self.tank.inner_radius_mm() * (1.0 + 1e-12);
-                            if inside
-                                && let Some((u, v)) = self.evidence(grid, &centre, &point, fit.at([k, j, i]))
+                            if let Some((u, v)) = map.evidence(&centre, &point, fit.at([k, j, i]))
                                 && let Some(rgb) = self.pyramid.sample(u, v, 1.0)
                             {
                                 voxels.push((k - planes.start, j, i, rgb));
@@ -251,23 +251,35 @@ impl PatchRbfRenderer {
             }
         }
     }
+}
 
-    /// The interpolated pixel of a voxel, px, whether it carries evidence or not; `None` where its cell has no fit.
-    pub fn pixel(&self, grid: &Grid, voxel: [usize; 3]) -> Option<(f64, f64)> {
+impl PatchMap {
+    /// `lattice` comes from [`lattice`] with the same view, tank, grid and sizes.
+    pub fn new(view: &View, tank: &Tank, grid: &Grid, sizes: PatchRbf, lattice: Array4<f32>) -> Self {
+        Self { view: view.ideal(), tank: tank.clone(), grid: *grid, sizes, lattice }
+    }
+
+    /// The pixel that a voxel takes its colour from, px; `None` where it carries no evidence.
+    pub fn pixel(&self, voxel: [usize; 3]) -> Option<(f64, f64)> {
+        let grid = &self.grid;
         let mut node = [0; 3];
         for axis in 0..3 {
             let last = self.sizes.nodes(grid.shape[axis]).len().saturating_sub(2);
             node[axis] = (voxel[axis] / self.sizes.every).min(last);
         }
-        Some(self.fit(grid, &node)?.at(voxel))
+        let point = grid.point_mm(voxel[0] as f64, voxel[1] as f64, voxel[2] as f64);
+        self.evidence(&self.view.centre_in_tank(), &point, self.fit(&node)?.at(voxel))
     }
 
     /// The pixel, if its ray is unhindered and passes the point within δ.
-    fn evidence(&self, grid: &Grid, centre: &Vec3, point: &Vec3, (u, v): (f64, f64)) -> Option<(f64, f64)> {
+    fn evidence(&self, centre: &Vec3, point: &Vec3, (u, v): (f64, f64)) -> Option<(f64, f64)> {
+        if point.x.hypot(point.y) > self.tank.inner_radius_mm() * (1.0 + 1e-12) {
+            return None;
+        }
         let ray = trace(&self.tank, centre, &self.view.ray_in_tank(u, v))?;
         let clear = self.tank.is_clear(ray.p1_mm.z) && self.in_water(ray.p2_mm.z) && self.in_water(point.z);
         let ray = PixelRay { u, v, point: ray.p2_mm, direction: ray.v2 };
-        let near = squared_distance(&ray, point) <= grid.spacing_mm * grid.spacing_mm;
+        let near = squared_distance(&ray, point) <= self.grid.spacing_mm * self.grid.spacing_mm;
         (clear && near && self.view.holds(u, v)).then_some((u, v))
     }
 
@@ -276,7 +288,8 @@ impl PatchRbfRenderer {
     }
 
     /// The lattice cells that meet the planes, each with its voxels among them.
-    fn cells(&self, grid: &Grid, planes: &Range<usize>) -> Vec<Cell> {
+    fn cells(&self, planes: &Range<usize>) -> Vec<Cell> {
+        let grid = &self.grid;
         let spans = |axis: usize| -> Vec<(usize, Range<usize>)> {
             let nodes = self.sizes.nodes(grid.shape[axis]);
             let last = nodes.len().saturating_sub(2);
@@ -303,7 +316,8 @@ impl PatchRbfRenderer {
     }
 
     /// The interpolant of the cell whose first node is `node`.
-    fn fit(&self, grid: &Grid, node: &[usize; 3]) -> Option<Fit> {
+    fn fit(&self, node: &[usize; 3]) -> Option<Fit> {
+        let grid = &self.grid;
         let (depth, rows, columns, _) = self.lattice.dim();
         let around = |n: usize, len: usize| n.saturating_sub(1)..(n + 3).min(len);
         let axes = grid.shape.map(|len| self.sizes.nodes(len));
@@ -320,7 +334,7 @@ impl PatchRbfRenderer {
             }
         }
         let n = nodes.len();
-        if n < FEWEST_NODES {
+        if n < FEWEST_NODES || lie_in_a_plane(&nodes) {
             return None;
         }
         let system = DMatrix::from_fn(n + 4, n + 4, |row, column| match (row < n, column < n) {
@@ -354,6 +368,15 @@ impl Fit {
         }
         (u, v)
     }
+}
+
+/// Whether whole-numbered points lie in one plane: no two steps from the first one span a volume with a third.
+fn lie_in_a_plane(points: &[[f64; 3]]) -> bool {
+    let from_first = |p: &[f64; 3]| Vec3::new(p[0] - points[0][0], p[1] - points[0][1], p[2] - points[0][2]);
+    let steps: Vec<Vec3> = points[1..].iter().map(from_first).collect();
+    let Some(a) = steps.iter().find(|a| a.norm_squared() > 0.0) else { return true };
+    let Some(normal) = steps.iter().map(|b| a.cross(b)).find(|n| n.norm_squared() > 0.0) else { return true };
+    steps.iter().all(|c| normal.dot(c) == 0.0)
 }
 
 /// φ = r³ between two points, in voxels.

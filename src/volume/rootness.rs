@@ -5,15 +5,15 @@
 //! and with it its scale and its tangent, the eigenvector of λ1. Rootness has the unit of the volume.
 //! Where the volume is unknown, rootness is NaN, the tangent zero.
 
-use super::hessian::{self, Hessian};
+use super::hessian::{self, Hessian, Planes, Row, Scratch};
 use super::sato::Sato;
 use crate::error::{Error, Result};
 use crate::math::eigen3::Sym3;
 use crate::photo::colour;
-use ndarray::{Array3, Array4, ArrayView3, ArrayView4, Axis};
+use ndarray::{Array3, Array4, ArrayView3, ArrayView4, ArrayViewMut2, ArrayViewMut3, Axis};
+use pulp::Arch;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// Parameters of rootness.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,13 +64,13 @@ impl Rootness {
         Error::many(faults)
     }
 
-    /// Planes that a slab needs beyond its own on either side.
+    /// Planes beyond a plane that its rootness depends on, on either side.
     pub fn halo(&self, spacing_mm: f64) -> usize {
         self.sigma.iter().map(|s| hessian::halo(s / spacing_mm)).max().unwrap_or(0)
     }
 }
 
-/// Rootness of the inner planes of a slab.
+/// Rootness of some planes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RootVolume {
     /// (z, y, x), unit of the volume, 0 or more; NaN = unknown.
@@ -86,59 +86,127 @@ pub fn gray(colour: ArrayView4<f32>) -> Array3<f32> {
     colour.map_axis(Axis(3), |rgb| colour::gray([rgb[0], rgb[1], rgb[2]]))
 }
 
-/// Rootness of the planes `inner` of `slab` (z, y, x; NaN = unknown), which holds [`Rootness::halo`]
-/// planes beyond them wherever the volume has them. For a whole volume, `inner` is all its planes.
+/// Rootness of a whole volume (z, y, x; NaN = unknown).
 ///
 /// # Errors
-/// Where a parameter is out of range or `inner` leaves the slab.
-pub fn rootness(slab: ArrayView3<f32>, inner: Range<usize>, spacing_mm: f64, params: &Rootness) -> Result<RootVolume> {
-    params.check(spacing_mm)?;
-    let (nz, ny, nx) = slab.dim();
-    if inner.end > nz || inner.start > inner.end {
-        return Err(Error::failed(format!("rootness: planes {inner:?} of a slab of {nz}")));
+/// Where a parameter is out of range.
+pub fn rootness(volume: ArrayView3<f32>, spacing_mm: f64, params: &Rootness) -> Result<RootVolume> {
+    Ok(Stream::new(volume.dim().into(), spacing_mm, params)?.push(volume))
+}
+
+/// Rootness of a volume whose planes come one after another; memory does not grow with its depth.
+#[derive(Debug)]
+pub struct Stream {
+    shape: [usize; 3],
+    halo: usize,
+    /// -1 where roots are dark.
+    sign: f64,
+    sato: Sato,
+    /// Planes from the next one to be measured on.
+    planes: Planes,
+    /// Each scale: σ in voxels, and the derivatives.
+    scales: Vec<(f64, Hessian)>,
+    /// Planes measured so far.
+    done: usize,
+}
+
+impl Stream {
+    /// Rootness of a volume of `shape` (z, y, x) with voxels of the edge `spacing_mm`.
+    ///
+    /// # Errors
+    /// Where a parameter is out of range.
+    pub fn new(shape: [usize; 3], spacing_mm: f64, params: &Rootness) -> Result<Self> {
+        params.check(spacing_mm)?;
+        let scale = |sigma| (sigma / spacing_mm, Hessian::new((shape[1], shape[2]), sigma / spacing_mm));
+        Ok(Self {
+            shape,
+            halo: params.halo(spacing_mm),
+            sign: if params.dark { -1.0 } else { 1.0 },
+            sato: params.sato(),
+            planes: Planes::default(),
+            scales: params.sigma.iter().map(|&sigma| scale(sigma)).collect(),
+            done: 0,
+        })
     }
-    let shape = (inner.len(), ny, nx);
-    let mut out = RootVolume {
-        rootness: Array3::zeros(shape),
-        tangent: Array4::zeros((shape.0, ny, nx, 3)),
-        scale: Array3::zeros(shape),
-    };
-    let sato = params.sato();
-    for (index, sigma) in params.sigma.iter().enumerate() {
-        let sigma_voxels = sigma / spacing_mm;
-        let hessian = Hessian::new(slab, inner.clone(), sigma_voxels);
+
+    /// Takes the next planes (z, y, x; NaN = unknown) and gives the rootness of those that can be measured now:
+    /// they follow each other over the calls, [`Rootness::halo`] planes behind; after the last plane all are given.
+    pub fn push(&mut self, slab: ArrayView3<f32>) -> RootVolume {
+        slab.outer_iter().for_each(|plane| self.planes.push(plane));
+        let [depth, ny, nx] = self.shape;
+        let held = self.planes.end();
+        let end = if held >= depth { depth } else { held.saturating_sub(self.halo).max(self.done) };
+        for (_, hessian) in &mut self.scales {
+            hessian.advance(&self.planes, self.done, end);
+        }
+        let count = end - self.done;
+        let mut out = RootVolume {
+            rootness: Array3::from_elem((count, ny, nx), f32::NAN),
+            tangent: Array4::zeros((count, ny, nx, 3)),
+            scale: Array3::zeros((count, ny, nx)),
+        };
         let planes = out.rootness.axis_iter_mut(Axis(0)).into_par_iter();
-        planes.zip(out.tangent.axis_iter_mut(Axis(0))).zip(out.scale.axis_iter_mut(Axis(0))).enumerate().for_each(
-            |(k, ((mut rootness, mut tangent), mut scale))| {
-                let mut row = hessian.empty_row();
-                for j in 0..ny {
-                    hessian.row(k, j, &mut row);
-                    for i in 0..nx {
-                        if slab[[inner.start + k, j, i]].is_nan() {
-                            rootness[[j, i]] = f32::NAN;
-                            continue;
-                        }
-                        let sign = if params.dark { -1.0 } else { 1.0 };
-                        let [xx, yy, zz, xy, xz, yz] = [0, 1, 2, 3, 4, 5].map(|c| sign * f64::from(row[c][i]));
-                        let m = Sym3 { xx, yy, zz, xy, xz, yz };
-                        if !may_be_line(&m) {
-                            continue;
-                        }
-                        let lambda = m.eigenvalues();
-                        let value = (sigma_voxels * sigma_voxels * sato.measure(lambda)) as f32;
-                        if value > rootness[[j, i]] {
-                            rootness[[j, i]] = value;
-                            scale[[j, i]] = index as u8;
-                            for (c, t) in m.principal_direction(lambda[0]).into_iter().enumerate() {
-                                tangent[[j, i, c]] = (t * 127.0).round() as i8;
-                            }
+        planes.zip(out.tangent.axis_iter_mut(Axis(0))).zip(out.scale.axis_iter_mut(Axis(0))).enumerate().for_each_init(
+            || self.scales.iter().map(|(_, hessian)| (hessian.scratch(), hessian.empty_row())).collect(),
+            |scratch: &mut Vec<(Scratch, Row)>, (k, ((rootness, tangent), scale))| {
+                let k = self.done + k;
+                Arch::new().dispatch(Measure { stream: self, k, scratch, rootness, tangent, scale });
+            },
+        );
+        self.done = end;
+        self.planes.forget(end);
+        out
+    }
+}
+
+/// The measure of one plane as a task for [`Arch::dispatch`].
+struct Measure<'a> {
+    stream: &'a Stream,
+    k: usize,
+    scratch: &'a mut [(Scratch, Row)],
+    rootness: ArrayViewMut2<'a, f32>,
+    tangent: ArrayViewMut3<'a, i8>,
+    scale: ArrayViewMut2<'a, u8>,
+}
+
+impl pulp::WithSimd for Measure<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { stream: Stream { planes, scales, sato, sign, .. }, k, scratch, .. } = self;
+        let (mut rootness, mut tangent, mut scale) = (self.rootness, self.tangent, self.scale);
+        let (ny, nx) = rootness.dim();
+        if (0..ny).all(|j| planes.known(k, j, nx).is_empty()) {
+            return;
+        }
+        for (index, ((sigma, hessian), (scratch, row))) in scales.iter().zip(scratch).enumerate() {
+            hessian.plane(k, scratch);
+            for j in 0..ny {
+                let columns = planes.known(k, j, nx);
+                hessian.row(scratch, j, columns.clone(), row);
+                for i in columns.filter(|i| planes.is_known(k, j * nx + i)) {
+                    if index == 0 {
+                        rootness[[j, i]] = 0.0;
+                    }
+                    let [xx, yy, zz, xy, xz, yz] = [0, 1, 2, 3, 4, 5].map(|c| sign * f64::from(row[c][i]));
+                    let m = Sym3 { xx, yy, zz, xy, xz, yz };
+                    if !may_be_line(&m) {
+                        continue;
+                    }
+                    let lambda = m.eigenvalues();
+                    let value = (sigma * sigma * sato.measure(lambda)) as f32;
+                    if value > rootness[[j, i]] {
+                        rootness[[j, i]] = value;
+                        scale[[j, i]] = index as u8;
+                        for (c, t) in m.principal_direction(lambda[0]).into_iter().enumerate() {
+                            tangent[[j, i, c]] = (t * 127.0).round() as i8;
                         }
                     }
                 }
-            },
-        );
+            }
+        }
     }
-    Ok(out)
 }
 
 /// Whether at least two eigenvalues may be negative, by the signs of the characteristic polynomial's

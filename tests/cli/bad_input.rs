@@ -127,6 +127,36 @@ fn a_store_that_cannot_be_written_is_named() {
 }
 
 #[test]
+fn numbers_that_are_none_are_shown_at_their_place() {
+    let capture = Capture::new();
+    for (set, words) in [
+        ("extract.high=nan", ["--set extract.high", "`nan` is not a finite number"]),
+        ("rootness.sigma=[1.0, -inf]", ["--set rootness.sigma", "`-inf` is not a finite number"]),
+        ("extract.low=1e39", ["--set extract.low", "too large"]),
+        ("tank.belts=[[1, 2, 3]]", ["--set tank.belts", "expected 2 values, found 3"]),
+        ("overlay.mark_radius=-1", ["overlay.mark_radius", "0 to 100 px"]),
+        ("simulate.capture.views=100000000", ["simulate.capture.views", "1 to 10000"]),
+        ("simulate.growth.first_order.count=1000000000", ["simulate.growth.first_order.count", "at most"]),
+    ] {
+        refused(&capture, &["--set", set], 2, &words);
+    }
+    capture.edit("study.toml", "depth = 60.0", "depth = nan");
+    refused(&capture, &[], 2, &["study.toml` line", "`nan` is not a finite number"]);
+}
+
+#[test]
+fn options_that_cannot_be_meant_are_refused_before_anything_runs() {
+    let capture = Capture::new();
+    for threads in ["0", "1000000", "many"] {
+        refused(&capture, &["--threads", threads], 2, &["--threads"]);
+    }
+    refused(&capture, &["--memory", "much"], 2, &["--memory"]);
+    refused(&capture, &["--best", "f1_1mm"], 2, &["is no sweep", "help:"]);
+    refused(&capture, &["--trace", "nowhere/trace.json"], 1, &["nowhere/trace.json", "--trace"]);
+    assert!(!capture.path("cache/v1/nodes/render").exists(), "something ran");
+}
+
+#[test]
 fn grids_out_of_reason_are_refused() {
     let capture = Capture::new();
     refused(&capture, &["--set", "grid.spacing=0.0001"], 2, &["grid"]);

@@ -2,6 +2,9 @@
 
 mod bad_input;
 mod capture;
+mod care;
+mod explain;
+mod figure6;
 mod kill;
 mod reruns;
 mod runs;

@@ -53,12 +53,29 @@ fn what_changed_since_is_named() {
     assert!(text.contains("first to differ: extract: setting: `high`: 1 -> 1.3"), "{text}");
     capture.edit(lock, "\"extract.high\": \"1.3\"", "\"extract.high\": \"1.0\"");
 
+    let photo = fs::read(capture.path("images/002.jpg")).expect("can read");
     let mut picture = image::open(capture.path("images/002.jpg")).expect("a picture").to_rgb8();
     picture.put_pixel(80, 60, image::Rgb([255, 0, 0]));
     picture.save(capture.path("images/002.jpg")).expect("can save");
     let (code, text) = rerun(&capture, &[]);
     assert_eq!(code, Some(1), "{text}");
     assert!(text.contains("first to differ: photo/002.jpg: input"), "{text}");
+
+    fs::write(capture.path("images/002.jpg"), &photo).expect("can write");
+
+    // A lock of a version whose merge gave other numbers.
+    let text = fs::read_to_string(capture.path(lock)).expect("is there");
+    let mut page: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let works = page["work"].as_array_mut().expect("works");
+    let merge = works.iter().position(|work| work["stage"] == "merge").expect("a merge");
+    works[merge]["version"] = 0.into();
+    for node in page["nodes"].as_array_mut().expect("nodes").iter_mut().filter(|node| node["work"] == merge) {
+        node["digest"] = "0".repeat(64).into();
+    }
+    fs::write(capture.path(lock), page.to_string()).expect("can write");
+    let (code, text) = rerun(&capture, &[]);
+    assert_eq!(code, Some(1), "{text}");
+    assert!(text.contains("first to differ: merge: version: the stage `merge` was 0 and is "), "{text}");
 
     fs::write(capture.path(lock), "{}").expect("can write");
     assert_eq!(rerun(&capture, &[]).0, Some(2));
@@ -83,6 +100,10 @@ fn results_say_what_they_are() {
     let page: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let graph = page["@graph"].as_array().expect("a graph");
     let entity = |id: &str| graph.iter().find(|e| e["@id"] == id).unwrap_or_else(|| panic!("no {id}"));
+    // A result that lost a part is written again.
+    fs::remove_file(capture.path("results/tiny/roots.csv")).expect("can remove");
+    capture.run(&[]).assert().success();
+    assert!(capture.path("results/tiny/roots.csv").exists());
     for part in entity("./")["hasPart"].as_array().expect("parts") {
         let part = entity(part["@id"].as_str().expect("an id"));
         assert!(capture.path("results/tiny").join(part["@id"].as_str().expect("an id")).exists(), "{part}");

@@ -21,6 +21,9 @@ use crate::roots::TracedRoot;
 use quick_xml::escape::escape;
 use std::fmt::Write;
 
+/// Results hold no clock, so that equal inputs give equal files: their date is that of the profile.
+pub const PROFILE_DATE: &str = "2026-01-01T00:00:00Z";
+
 /// What the file says about itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct About {

@@ -2,67 +2,107 @@
 //!
 //! For every s the regular rays are those with |b| < b_fold(s): the first b at which the exit determinant
 //! vanishes, or, where it never does, the largest b that gets into the water. The ratio
-//! b_fold(s) / N₁(s) is even in s and smooth, so it is kept as a Chebyshev series in s², long enough
+//! b_fold(s) / N₁(s) is even in s and mostly smooth, so it is kept as a Chebyshev series in s², long enough
 //! that it follows the bisected fold to 1e-9 of its value. Behind a wall so thick that flat rays no longer graze
-//! the water (inner radius x index of water under outer radius x index of air, a quarter of the radius) the fold has
-//! a kink; there the series stays inside it, by up to 3e-4 of its value.
+//! the water (inner radius x index of water under outer radius x index of air, a quarter of the radius) another
+//! bound takes over at some s and the fold has a kink or a step; there the range of s² is halved around it until
+//! every piece is smooth or too narrow to matter.
 
 use super::path::Path;
 
 /// b_fold(s), for |s| up to a given bound.
 #[derive(Debug, Clone)]
 pub(super) struct Fold {
-    /// Chebyshev coefficients of b_fold/N₁ in t = s²/largest s² mapped to -1..1; the first one halved.
-    series: Vec<f64>,
-    /// 2 / largest s².
-    scale: f64,
+    /// By rising s²; one unless the fold has kinks.
+    pieces: Vec<Piece>,
 }
+
+/// The fold over a range of s² as a Chebyshev series.
+#[derive(Debug, Clone)]
+struct Piece {
+    /// Range of s².
+    low: f64,
+    high: f64,
+    /// 2 / (high - low).
+    scale: f64,
+    /// Coefficients of b_fold/N₁ in s² mapped to -1..1; the first one halved.
+    series: Vec<f64>,
+}
+
+/// Terms of a series at most.
+const MOST_TERMS: usize = 64;
+/// Part of the range of s² below which a piece that is not smooth is left alone.
+const NARROWEST: f64 = 1e-9;
 
 impl Fold {
     /// The fold of this camera and tank for |s| <= `largest_s`.
     pub fn new(path: &Path, largest_s: f64) -> Self {
-        let scale = 2.0 / (largest_s * largest_s);
-        let ratio = |t: f64| {
-            let s2 = (t + 1.0) / scale;
-            fold_by_bisection(path, s2.sqrt()) / (path.n_squared[0] - s2).sqrt()
-        };
-        let mut terms = 8;
-        loop {
-            let mut fold = Self { series: chebyshev(&ratio, terms), scale };
-            let tail: f64 = fold.series[terms - 2..].iter().map(|c| c.abs()).sum();
-            if tail < 1e-10 * fold.series[0] {
-                return fold;
+        let ratio = |s2: f64| fold_by_bisection(path, s2.sqrt()) / (path.n_squared[0] - s2).sqrt();
+        let whole = largest_s * largest_s;
+        let mut pieces = Vec::new();
+        let mut open = vec![(0.0, whole)];
+        while let Some((low, high)) = open.pop() {
+            match Piece::smooth(&ratio, low, high) {
+                Some(piece) => pieces.push(piece),
+                None if high - low <= NARROWEST * whole => pieces.push(Piece::constant(&ratio, low, high)),
+                None => {
+                    let middle = 0.5 * (low + high);
+                    open.extend([(middle, high), (low, middle)]);
+                }
             }
-            if terms >= 64 {
-                fold.stay_within(&ratio);
-                return fold;
-            }
-            terms *= 2;
         }
-    }
-
-    /// Lowers a series that did not converge (the fold has a kink where another wall takes over) until it
-    /// nowhere exceeds the fold.
-    fn stay_within(&mut self, ratio: &dyn Fn(f64) -> f64) {
-        let excess = (0..=256)
-            .map(|i| i as f64 / 128.0 - 1.0)
-            .map(|t| self.ratios(&[(t + 1.0) / self.scale])[0] / ratio(t))
-            .fold(1.0, f64::max);
-        self.series.iter_mut().for_each(|c| *c /= excess * (1.0 + 1e-6));
+        Self { pieces }
     }
 
     /// Smallest b_fold / N₁, to a millionth below.
     pub fn smallest(&self) -> f64 {
-        (0..=256).map(|i| self.ratios(&[f64::from(i) / 128.0 / self.scale])[0]).fold(f64::INFINITY, f64::min)
-            * (1.0 - 1e-6)
+        let of = |piece: &Piece| {
+            let at = |i: u32| piece.low + (piece.high - piece.low) * f64::from(i) / 256.0;
+            (0..=256).map(|i| piece.ratios(&[at(i)])[0]).fold(f64::INFINITY, f64::min)
+        };
+        self.pieces.iter().map(of).fold(f64::INFINITY, f64::min) * (1.0 - 1e-6)
     }
 
-    /// b_fold / N₁ at each `s²` (Clenshaw).
+    /// b_fold / N₁ at each `s²`.
     #[inline(always)]
     pub fn ratios<const N: usize>(&self, s2: &[f64; N]) -> [f64; N] {
+        match &self.pieces[..] {
+            [piece] => piece.ratios(s2),
+            pieces => s2.map(|s2| {
+                let at = pieces.partition_point(|piece| piece.high < s2).min(pieces.len() - 1);
+                pieces[at].ratios(&[s2])[0]
+            }),
+        }
+    }
+}
+
+impl Piece {
+    /// The series over a range, if it converges.
+    fn smooth(ratio: &dyn Fn(f64) -> f64, low: f64, high: f64) -> Option<Self> {
+        let scale = 2.0 / (high - low);
+        let mut terms = 8;
+        while terms <= MOST_TERMS {
+            let series = chebyshev(&|t| ratio((t + 1.0) / scale + low), terms);
+            let tail: f64 = series[terms - 2..].iter().map(|c| c.abs()).sum();
+            if tail < 1e-10 * series[0] {
+                return Some(Self { low, high, scale, series });
+            }
+            terms *= 2;
+        }
+        None
+    }
+
+    /// The smaller of the values at the ends.
+    fn constant(ratio: &dyn Fn(f64) -> f64, low: f64, high: f64) -> Self {
+        Self { low, high, scale: 0.0, series: vec![ratio(low).min(ratio(high))] }
+    }
+
+    /// Clenshaw's sum at each `s²`.
+    #[inline(always)]
+    fn ratios<const N: usize>(&self, s2: &[f64; N]) -> [f64; N] {
         let (mut t, mut b1, mut b2) = ([0.0; N], [0.0; N], [0.0; N]);
         for l in 0..N {
-            t[l] = s2[l] * self.scale - 1.0;
+            t[l] = (s2[l] - self.low) * self.scale - 1.0;
         }
         for &c in self.series[1..].iter().rev() {
             for l in 0..N {
@@ -102,4 +142,30 @@ fn chebyshev(f: &dyn Fn(f64) -> f64, terms: usize) -> Vec<f64> {
             sum * if j == 0 { 1.0 } else { 2.0 } / terms as f64
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_series_follow_the_bisected_fold_through_kinks() {
+        for (wall, n_wall, n_water) in [(0.06, 1.49, 1.333), (0.25, 1.49, 1.333), (0.28, 1.5, 1.36), (0.3, 1.33, 1.4)] {
+            let path = Path {
+                r0: 350.0,
+                z0: 0.0,
+                outer: 100.0,
+                inner: 100.0 * (1.0 - wall),
+                n_squared: [1.0, n_wall * n_wall, n_water * n_water],
+            };
+            let fold = Fold::new(&path, 0.74);
+            assert!(fold.pieces.len() == 1 || wall > 0.1, "a thin wall's fold is one smooth piece");
+            let off = |i: &u32| {
+                let s = 0.74 * f64::from(*i) / 1000.0;
+                let bisected = fold_by_bisection(&path, s) / (1.0 - s * s).sqrt();
+                (fold.ratios(&[s * s])[0] / bisected - 1.0).abs() > 1e-8
+            };
+            assert_eq!((0..=1000).filter(off).count(), 0, "wall {wall}, {} pieces", fold.pieces.len());
+        }
+    }
 }

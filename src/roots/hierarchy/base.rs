@@ -13,7 +13,7 @@ pub fn upper(line: &Line<'_>) -> End {
     if line.at(0).z <= line.at(line.last()).z { End::First } else { End::Last }
 }
 
-/// The piece near the top whose first stretch has the largest radius² × vertical extent; none without pieces.
+/// The piece near the top whose first stretch has the largest radius × vertical extent; none without pieces.
 pub fn base(lines: &[Line<'_>]) -> Option<usize> {
     let depths = || lines.iter().flat_map(|l| l.piece.root.points_mm.iter().map(|p| p[2]));
     let (high, low) = (depths().fold(f64::INFINITY, f64::min), depths().fold(f64::NEG_INFINITY, f64::max));
@@ -21,7 +21,7 @@ pub fn base(lines: &[Line<'_>]) -> Option<usize> {
         let end = upper(line);
         let top = if end == End::First { 0 } else { line.last() };
         let to = line.beyond(top, end.other(), STRETCH_MM);
-        line.typical_radius_mm(top, to).powi(2) * (line.at(to).z - line.at(top).z).max(0.0)
+        line.typical_radius_mm(top, to) * (line.at(to).z - line.at(top).z).max(0.0)
     };
     let begins = |line: &Line<'_>| line.at(0).z.min(line.at(line.last()).z);
     (0..lines.len())

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::store::array::ArrayReader;
-use crate::store::digest::{self, ArrayHasher, Digest};
+use crate::store::digest::{self, ArrayHasher, Digest, Key};
 use crate::store::element::{Dtype, Element};
 use crate::store::manifest::{FORMAT, Manifest, Member, MemberKind};
 use crate::store::virtual_array::ArraySpec;
@@ -19,6 +19,8 @@ use crate::store::{Store, canonical, files};
 pub struct Bad {
     /// Its folder.
     pub folder: PathBuf,
+    /// Its key, as the folder is called.
+    pub key: Option<Key>,
     /// What is wrong.
     pub cause: String,
 }
@@ -51,7 +53,7 @@ impl Store {
             step(done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, folders.len())?;
             Ok(match found {
                 Ok(bytes) => (bytes, None),
-                Err(error) => (0, Some(Bad { folder: folder.clone(), cause: error.message })),
+                Err(error) => (0, Some(Bad { folder: folder.clone(), key: key_of(folder), cause: error.message })),
             })
         };
         let checked = folders.par_iter().map(check).collect::<Result<Vec<_>>>()?;
@@ -70,13 +72,17 @@ impl Store {
     }
 }
 
+/// The key that a node's folder is named after.
+fn key_of(folder: &Path) -> Option<Key> {
+    folder.file_name().and_then(|name| name.to_str()).and_then(Digest::parse)
+}
+
 /// Bytes of the sound node in `folder`, or what is wrong with it.
 fn check_node(folder: &Path) -> Result<u64> {
     let path = folder.join("manifest.json");
     let text = std::fs::read(&path).map_err(|e| Error::io("read", &path, e))?;
     let manifest: Manifest = serde_json::from_slice(&text).map_err(|e| Error::io("understand", &path, e))?;
-    let named = folder.file_name().and_then(|name| name.to_str()).and_then(Digest::parse);
-    if manifest.format != FORMAT || named != Some(manifest.key) {
+    if manifest.format != FORMAT || key_of(folder) != Some(manifest.key) {
         return Err(Error::failed("the manifest belongs to another node"));
     }
     if digest::of_members(&manifest.members) != manifest.digest {
