@@ -57,6 +57,7 @@ impl Stage for Diameters {
         progress.advance(1);
         progress.check()?;
         measure(&mut pieces.pieces, &sights, &self.params)?;
+        pieces.photographed = true;
         progress.advance(1);
         output.json("pieces.json", &pieces)
     }
