@@ -58,7 +58,7 @@ pub struct DiameterParams {
     /// Width of background taken on either side of the root, px, 2 to 20.
     pub margin_px: f64,
     /// Standard deviation of the photographs' point spread that is expected, px, 0.2 to 5: the pixel's own square gives
-    /// 0.29, a good lens about as much again; more for interpolated colours or a soft lens. From 0.7 to 2 times this is tried.
+    /// 0.29, a good lens about as much again; more for interpolated colours or a soft lens. From 0.5 to 1.4 times this is tried.
     pub spread_px: f64,
     /// Fewest photographs that give a diameter, 1 to 100.
     pub min_views: usize,

@@ -82,8 +82,9 @@ pub fn arrange(pieces: &Pieces, params: &HierarchyParams) -> Result<RootSystem> 
     let pieces = &support::supported(pieces, params, &mut repairs);
     let lines: Vec<Line<'_>> = pieces.pieces.iter().map(Line::new).collect();
     let Some(base) = base::base(&lines) else { return Ok(RootSystem { roots: Vec::new(), repairs }) };
-    let joints = attach::attach(pieces, &lines, base, params, &mut repairs);
-    let grown = walk::walk(&lines, base, &joints, pieces, params);
+    let mut hangs = attach::attach(pieces, &lines, base, params, &mut repairs);
+    let base = base::climb(&lines, &mut hangs, base, params);
+    let grown = walk::walk(&lines, base, &hangs, pieces, params);
     let roots = draw::draw(&lines, grown, pieces, params, &mut repairs);
     Ok(RootSystem { roots, repairs })
 }

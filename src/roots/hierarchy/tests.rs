@@ -98,6 +98,16 @@ fn a_root_does_not_hang_on_a_tip_that_touches_it() {
 }
 
 #[test]
+fn the_base_begins_at_its_uppermost_piece() {
+    let mut all = junction();
+    all.pieces.push(piece(&[([0.0, 0.0, 19.0], 1.6), ([0.5, 0.0, 8.0], 1.6)]));
+    all.ties.push(tie(3, End::First, 0, 0, 1.0));
+    let system = arrange(&all, &HierarchyParams::default()).unwrap();
+    assert_eq!(system.roots.len(), 3);
+    assert!((system.roots[0].root.points_mm[0][2] - 8.0).abs() < 0.5);
+}
+
+#[test]
 fn spurs_and_specks_go_and_nothing_gives_nothing() {
     let mut all = junction();
     all.pieces.push(piece(&[([-1.5, 0.0, 40.0], 0.3), ([-3.0, 0.0, 40.0], 0.3)]));
