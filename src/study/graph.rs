@@ -118,7 +118,7 @@ impl StudyNodes {
 }
 
 /// Adds the nodes that make of every undistorted photograph its contrast along the roots' colour axis.
-fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> Vec<NodeId> {
+fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> (Vec<NodeId>, NodeId) {
     let contrasts: Vec<NodeId> = seen
         .iter()
         .map(|&(name, photo, camera)| {
@@ -130,7 +130,7 @@ fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> Vec<NodeId> {
     let feature = |(&(name, ..), contrast): (&Seen<'_>, NodeId)| {
         graph.add(&format!("feature/{name}"), Feature {}, &[("contrast", &[contrast]), ("axis", &[axis])])
     };
-    seen.iter().zip(contrasts).map(feature).collect()
+    (seen.iter().zip(contrasts).map(feature).collect(), axis)
 }
 
 /// Adds the study to the graph.
@@ -207,15 +207,20 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
         seen.push((name, undistorted, camera));
     }
-    let rendered = if s.contrast.enabled { features(graph, s, &seen) } else { seen.iter().map(|v| v.1).collect() };
+    let (rendered, axis) = if s.contrast.enabled {
+        let (features, axis) = features(graph, s, &seen);
+        (features, vec![axis])
+    } else {
+        (seen.iter().map(|v| v.1).collect(), Vec::new())
+    };
     let views: Vec<NodeId> = seen
         .iter()
         .zip(rendered)
         .map(|(&(name, _, camera), photo)| rendered_view(graph, s, name, photo, camera, is_virtual))
         .collect();
-    let own = reconstruct(graph, s, &files, &seen, &views, "");
+    let own = reconstruct(graph, s, &Photographs { files: &files, seen: &seen, views: &views, axis: &axis }, "");
     let Reconstruction { merged, rootness, extract, system, traits } = own;
-    let spread = spread(graph, s, &files, &seen, &views, traits)?;
+    let spread = spread(graph, s, &Photographs { files: &files, seen: &seen, views: &views, axis: &axis }, traits)?;
     let root_overlays = seen
         .iter()
         .map(|&(name, photo, camera)| {
@@ -293,17 +298,19 @@ struct Reconstruction {
 /// A photograph's name, undistorted picture and camera.
 type Seen<'a> = (&'a String, NodeId, NodeId);
 
-/// From rendered views to traits; `draw` is added to the names of the nodes. The lists run alike.
-fn reconstruct(
-    graph: &mut Graph,
-    s: &Settings,
-    photos: &[NodeId],
-    seen: &[Seen<'_>],
-    views: &[NodeId],
-    draw: &str,
-) -> Reconstruction {
+/// Photographs to reconstruct from; the lists run alike.
+struct Photographs<'a> {
+    files: &'a [NodeId],
+    seen: &'a [Seen<'a>],
+    views: &'a [NodeId],
+    /// The colour axis, where it is learned.
+    axis: &'a [NodeId],
+}
+
+/// From rendered views to traits; `draw` is added to the names of the nodes.
+fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &str) -> Reconstruction {
     let name = |stage: &str| format!("{stage}{draw}");
-    let merged = graph.add(&name("merge"), Merge { params: s.merge.clone() }, &[("views", views)]);
+    let merged = graph.add(&name("merge"), Merge { params: s.merge.clone() }, &[("views", from.views)]);
     let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
     let rootness = graph.add(&name("rootness"), rootness, &[("merged", &[merged])]);
     let ridges = graph.add(&name("suppress"), Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
@@ -313,9 +320,9 @@ fn reconstruct(
     let ports = [("ridges", &[ridges][..]), ("roots", &[extract]), ("rootness", &[rootness])];
     let traced = graph.add(&name("trace"), trace, &ports);
     let measured = if s.diameters.enabled {
-        let cameras: Vec<NodeId> = seen.iter().map(|v| v.2).collect();
+        let cameras: Vec<NodeId> = from.seen.iter().map(|v| v.2).collect();
         let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
-        let ports = [("pieces", &[traced][..]), ("photos", photos), ("cameras", &cameras)];
+        let ports = [("pieces", &[traced][..]), ("photos", from.files), ("cameras", &cameras), ("axis", from.axis)];
         graph.add(&name("diameters"), diameters, &ports)
     } else {
         traced
@@ -331,28 +338,22 @@ fn reconstruct(
 ///
 /// # Errors
 /// Where halves are too few or too small.
-fn spread(
-    graph: &mut Graph,
-    s: &Settings,
-    photos: &[NodeId],
-    seen: &[Seen<'_>],
-    views: &[NodeId],
-    traits: NodeId,
-) -> Result<Option<NodeId>> {
+fn spread(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, traits: NodeId) -> Result<Option<NodeId>> {
     let count = s.traits.resample;
     if count == 0 {
         return Ok(None);
     }
-    if !(2..=1000).contains(&count) || views.len() < 6 {
-        return Err(Error::usage(format!("traits.resample is {count} for {} photographs", views.len()))
+    if !(2..=1000).contains(&count) || from.views.len() < 6 {
+        return Err(Error::usage(format!("traits.resample is {count} for {} photographs", from.views.len()))
             .help("give 2 to 1000 halves of at least 6 photographs, or 0"));
     }
     let mut draws = Vec::with_capacity(count);
-    for (n, half) in halves(views.len(), count).iter().enumerate() {
+    for (n, half) in halves(from.views.len(), count).iter().enumerate() {
         let pick = |list: &[NodeId]| half.iter().map(|&v| list[v]).collect::<Vec<_>>();
-        let seen: Vec<Seen<'_>> = half.iter().map(|&v| seen[v]).collect();
-        let one = reconstruct(graph, s, &pick(photos), &seen, &pick(views), &format!("/half-{}", n + 1));
-        draws.push(one.traits);
+        let seen: Vec<Seen<'_>> = half.iter().map(|&v| from.seen[v]).collect();
+        let (files, views) = (pick(from.files), pick(from.views));
+        let half = Photographs { files: &files, seen: &seen, views: &views, axis: from.axis };
+        draws.push(reconstruct(graph, s, &half, &format!("/half-{}", n + 1)).traits);
     }
     Ok(Some(graph.add("spread", Spread {}, &[("traits", &[traits][..]), ("draws", &draws)])))
 }
