@@ -67,6 +67,8 @@ pub struct Pieces {
     pub smooth_mm: f64,
     /// Longest link between neighbouring ridge points, mm: what is closer touches.
     pub link_mm: f64,
+    /// Whether photographs were asked: the pieces' confidence is then the share of them that show a root.
+    pub photographed: bool,
     /// The pieces; numbers, parents and orders are not given yet.
     pub pieces: Vec<TracedRoot>,
     /// Where ends may spring from other pieces.
@@ -121,6 +123,7 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
         step_mm: params.step_mm,
         smooth_mm: params.smooth_mm,
         link_mm: workshop.link_mm,
+        photographed: false,
         pieces: pieces(&strands),
         ties: ties(&strands, &workshop, &params.tie),
         out_of_sight: strands.iter().enumerate().filter_map(out_of_sight).collect(),

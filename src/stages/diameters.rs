@@ -1,10 +1,11 @@
 //! Measures the roots' diameters in the photographs as taken, and moves the centrelines to where they show the roots.
-//! In: pieces, photos (files) and cameras, each in the same order. Out: pieces.json.
+//! In: pieces, photos (files) and cameras, each in the same order, axis (the roots' colour axis; gray where there is
+//! none). Out: pieces.json.
 
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::optics::{Tank, View, ViewMap};
-use crate::photo;
+use crate::photo::{self, colour::GRAY, contrast::axis::ColourAxis};
 use crate::roots::Pieces;
 use crate::roots::diameter::profile::Sight;
 use crate::roots::diameter::{DiameterParams, measure};
@@ -36,6 +37,10 @@ impl Stage for Diameters {
         if photos.len() != cameras.len() {
             return Err(Error::failed(format!("{} photographs for {} cameras", photos.len(), cameras.len())));
         }
+        let axis = match inputs.many("axis") {
+            [axis, ..] => axis.json::<ColourAxis>("axis")?.weights,
+            [] => GRAY.map(f64::from),
+        };
         progress.total(2);
         let maps: Vec<ViewMap> = cameras
             .iter()
@@ -46,12 +51,13 @@ impl Stage for Diameters {
             .zip(&maps)
             .map(|(file, map)| {
                 let name = file.path("file")?.display().to_string();
-                Ok(Sight::new(map, &photo::decode(&file.bytes("file")?, &name)?))
+                Ok(Sight::new(map, &photo::decode(&file.bytes("file")?, &name)?, axis))
             })
             .collect::<Result<_>>()?;
         progress.advance(1);
         progress.check()?;
         measure(&mut pieces.pieces, &sights, &self.params)?;
+        pieces.photographed = true;
         progress.advance(1);
         output.json("pieces.json", &pieces)
     }

@@ -22,12 +22,15 @@ pub mod misjudge;
 pub mod overlay;
 pub mod photograph;
 pub mod pose;
+pub mod pose_pictures;
 pub mod render;
 pub mod render_patch;
 pub mod root_overlay;
 pub mod rootness;
 pub mod sfm;
+pub mod sfm_known;
 pub mod sfm_mask;
+pub mod sight;
 pub mod slices;
 pub mod spread;
 pub mod suppress;
@@ -63,6 +66,12 @@ pub(crate) fn slabs(
     })
 }
 
+/// The values of an array in its order.
+pub(crate) fn flat<T: Element>(array: ArrayD<T>) -> Vec<T> {
+    // Copied as a whole where they lie so: an iterator over any axes takes ten times as long.
+    array.as_slice().map_or_else(|| array.iter().copied().collect(), <[T]>::to_vec)
+}
+
 /// A whole array of three axes.
 pub(crate) fn read3<T: Element>(artefact: &Artefact, name: &str) -> Result<Array3<T>> {
     three(artefact.array::<T>(name)?.read()?)
@@ -76,4 +85,22 @@ pub(crate) fn three<T>(array: ArrayD<T>) -> Result<Array3<T>> {
 /// As an array of four axes.
 pub(crate) fn four<T>(array: ArrayD<T>) -> Result<Array4<T>> {
     array.into_dimensionality::<Ix4>().map_err(|e| Error::failed(format!("an array of the store has other axes: {e}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slabs_cover_the_volume_within_their_bytes() {
+        for (plane_bytes, halo) in [(0, 0), (100 << 20, 0), (30 << 20, 3), (1 << 30, 1)] {
+            let all: Vec<_> = slabs(45, halo, plane_bytes).collect();
+            assert_eq!((all[0].0.start, all[all.len() - 1].0.end), (0, 45));
+            assert!(all.windows(2).all(|w| w[0].0.end == w[1].0.start));
+            for (own, with_halo) in all {
+                assert_eq!(with_halo, own.start.saturating_sub(halo)..(own.end + halo).min(45));
+                assert!(own.len() == 1 || with_halo.len() * plane_bytes <= SLAB_BYTES);
+            }
+        }
+    }
 }

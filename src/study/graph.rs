@@ -1,6 +1,6 @@
 //! A study's settings as a graph of nodes: what is computed from what.
 
-use super::inputs::CameraSource;
+use super::inputs::{CameraSource, Frame};
 use super::render::Method;
 use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
@@ -26,12 +26,15 @@ use crate::stages::misjudge::Misjudge;
 use crate::stages::overlay::Overlay;
 use crate::stages::photograph::Photograph;
 use crate::stages::pose::Pose;
+use crate::stages::pose_pictures::PosePictures;
 use crate::stages::render::Render;
 use crate::stages::render_patch::RenderPatch;
 use crate::stages::root_overlay::RootOverlay;
 use crate::stages::rootness::Rootness;
-use crate::stages::sfm::Sfm;
+use crate::stages::sfm::{Sfm, installed};
+use crate::stages::sfm_known::SfmKnown;
 use crate::stages::sfm_mask::SfmMask;
+use crate::stages::sight::Sight;
 use crate::stages::slices::Slices;
 use crate::stages::spread::Spread;
 use crate::stages::suppress::Suppress;
@@ -39,6 +42,18 @@ use crate::stages::trace::Trace;
 use crate::stages::traits::Traits;
 use crate::stages::undistort::Undistort;
 use crate::stages::volume::Volume;
+use std::path::Path;
+
+/// The nodes of cameras found in the photographs.
+#[derive(Debug, Clone)]
+pub struct CalibrationNodes {
+    /// The mask for structure from motion.
+    pub mask: NodeId,
+    /// Cameras, quality, uncertainties.
+    pub pose: NodeId,
+    /// Outlines and ring.
+    pub pictures: NodeId,
+}
 
 /// The nodes of a study whose results people look at.
 #[derive(Debug, Clone)]
@@ -49,6 +64,8 @@ pub struct StudyNodes {
     pub photo_nodes: Vec<NodeId>,
     /// Lens and poses.
     pub cameras: NodeId,
+    /// How they were found, where the photographs gave them.
+    pub calibration: Option<CalibrationNodes>,
     /// The extracted root voxels.
     pub extract: NodeId,
     /// Roots, traits and their files.
@@ -57,6 +74,8 @@ pub struct StudyNodes {
     pub volume: NodeId,
     /// Its labels.
     pub labels: NodeId,
+    /// What is seen of the water.
+    pub sight: NodeId,
     /// One overlay per photograph.
     pub overlays: Vec<NodeId>,
     /// The traced roots on each photograph.
@@ -89,8 +108,9 @@ impl StudyNodes {
     pub fn targets(&self) -> Vec<NodeId> {
         let mut targets = self.numbers();
         targets.extend(self.measures());
-        targets.extend([self.volume, self.labels]);
+        targets.extend([self.volume, self.labels, self.sight]);
         targets.extend(&self.overlays);
+        targets.extend(self.calibration.as_ref().map(|c| c.pictures));
         targets.extend(&self.root_overlays);
         targets.extend(self.spread);
         targets
@@ -98,7 +118,7 @@ impl StudyNodes {
 }
 
 /// Adds the nodes that make of every undistorted photograph its contrast along the roots' colour axis.
-fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> Vec<NodeId> {
+fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> (Vec<NodeId>, NodeId) {
     let contrasts: Vec<NodeId> = seen
         .iter()
         .map(|&(name, photo, camera)| {
@@ -110,7 +130,7 @@ fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> Vec<NodeId> {
     let feature = |(&(name, ..), contrast): (&Seen<'_>, NodeId)| {
         graph.add(&format!("feature/{name}"), Feature {}, &[("contrast", &[contrast]), ("axis", &[axis])])
     };
-    seen.iter().zip(contrasts).map(feature).collect()
+    (seen.iter().zip(contrasts).map(feature).collect(), axis)
 }
 
 /// Adds the study to the graph.
@@ -118,7 +138,7 @@ fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> Vec<NodeId> {
 /// # Errors
 /// Where two photographs have one name.
 pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
-    let (photos, files, cameras, truth) = match &s.source {
+    let (photos, files, cameras, calibration, truth) = match &s.source {
         Source::Files(paths) => {
             let names: Vec<String> = paths
                 .iter()
@@ -130,15 +150,19 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             }
             let files: Vec<NodeId> =
                 names.iter().zip(paths).map(|(n, p)| graph.file(&format!("photo/{n}"), p)).collect();
-            let cameras = match s.cameras.source {
-                CameraSource::File => {
-                    let file = graph.file("cameras-file", s.input_dir.join(&s.cameras.path));
-                    graph.add("cameras", Cameras { tank: s.tank.clone() }, &[("file", &[file])])
+            let (cameras, calibration) = match (s.cameras.source, s.cameras.frame) {
+                (CameraSource::File, Frame::Tank) => {
+                    let parts = camera_file(graph, s)?;
+                    (graph.add("cameras", Cameras { tank: s.tank.clone() }, &[("file", &parts)]), None)
                 }
-                CameraSource::Sfm => cameras_from_photographs(graph, s, &names, &files),
+                (CameraSource::File, Frame::Free) => {
+                    let parts = camera_file(graph, s)?;
+                    registered(graph, s, &names, &files, Some(&parts))
+                }
+                (CameraSource::Sfm, _) => registered(graph, s, &names, &files, None),
             };
             let truth = s.truth.roots.as_ref().map(|r| graph.file("truth", s.input_dir.join(r)));
-            (names, files, cameras, truth)
+            (names, files, cameras, calibration, truth)
         }
         Source::Simulated(simulate) => {
             let capture = graph.add(
@@ -163,15 +187,15 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
                     graph.add(&format!("photograph/{}", names[view]), stage, &[("capture", &[capture])])
                 })
                 .collect();
-            let cameras = match s.cameras.source {
-                CameraSource::File if simulate.misjudge.is_none() => capture,
+            let (cameras, calibration) = match s.cameras.source {
+                CameraSource::File if simulate.misjudge.is_none() => (capture, None),
                 CameraSource::File => {
                     let stage = Misjudge { params: simulate.misjudge, seed: simulate.seed };
-                    graph.add("misjudge", stage, &[("cameras", &[capture])])
+                    (graph.add("misjudge", stage, &[("cameras", &[capture])]), None)
                 }
-                CameraSource::Sfm => cameras_from_photographs(graph, s, &names, &files),
+                CameraSource::Sfm => registered(graph, s, &names, &files, None),
             };
-            (names, files, cameras, Some(capture))
+            (names, files, cameras, calibration, Some(capture))
         }
     };
 
@@ -183,15 +207,20 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
         seen.push((name, undistorted, camera));
     }
-    let rendered = if s.contrast.enabled { features(graph, s, &seen) } else { seen.iter().map(|v| v.1).collect() };
+    let (rendered, axis) = if s.contrast.enabled {
+        let (features, axis) = features(graph, s, &seen);
+        (features, vec![axis])
+    } else {
+        (seen.iter().map(|v| v.1).collect(), Vec::new())
+    };
     let views: Vec<NodeId> = seen
         .iter()
         .zip(rendered)
         .map(|(&(name, _, camera), photo)| rendered_view(graph, s, name, photo, camera, is_virtual))
         .collect();
-    let own = reconstruct(graph, s, &files, &seen, &views, "");
+    let own = reconstruct(graph, s, &Photographs { files: &files, seen: &seen, views: &views, axis: &axis }, "");
     let Reconstruction { merged, rootness, extract, system, traits } = own;
-    let spread = spread(graph, s, &files, &seen, &views, traits)?;
+    let spread = spread(graph, s, &Photographs { files: &files, seen: &seen, views: &views, axis: &axis }, traits)?;
     let root_overlays = seen
         .iter()
         .map(|&(name, photo, camera)| {
@@ -214,10 +243,13 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     let labels = graph.add("labels", Labels { grid: s.grid }, &[("system", &[system])]);
     let slices = s.report.slice.map(|depth_mm| Slices::at(depth_mm, &s.grid)).transpose()?;
     let slices = slices.map(|stage| graph.add("slices", stage, &[("merged", &[merged]), ("rootness", &[rootness])]));
+    let of_truth = truth.as_slice();
+    let sight = Sight { grid: s.grid, tank: s.true_tank.clone(), min_views: s.merge.min_views };
+    let sight = graph.add("sight", sight, &[("merged", &[merged][..]), ("truth", of_truth)]);
     let params = ScoreParams {
         z_min_mm: s.truth.z_min,
         z_max_mm: s.truth.z_max.unwrap_or(s.grid.spacing_mm * s.grid.shape[0] as f64 - 2.0),
-        free_azimuth: s.cameras.source == CameraSource::Sfm,
+        free_azimuth: calibration.is_some(),
         ..ScoreParams::default()
     };
     let score = truth.map(|truth| {
@@ -238,10 +270,12 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         photos,
         photo_nodes: files,
         cameras,
+        calibration,
         extract,
         traits,
         volume,
         labels,
+        sight,
         overlays,
         root_overlays,
         spread,
@@ -264,17 +298,19 @@ struct Reconstruction {
 /// A photograph's name, undistorted picture and camera.
 type Seen<'a> = (&'a String, NodeId, NodeId);
 
-/// From rendered views to traits; `draw` is added to the names of the nodes. The lists run alike.
-fn reconstruct(
-    graph: &mut Graph,
-    s: &Settings,
-    photos: &[NodeId],
-    seen: &[Seen<'_>],
-    views: &[NodeId],
-    draw: &str,
-) -> Reconstruction {
+/// Photographs to reconstruct from; the lists run alike.
+struct Photographs<'a> {
+    files: &'a [NodeId],
+    seen: &'a [Seen<'a>],
+    views: &'a [NodeId],
+    /// The colour axis, where it is learned.
+    axis: &'a [NodeId],
+}
+
+/// From rendered views to traits; `draw` is added to the names of the nodes.
+fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &str) -> Reconstruction {
     let name = |stage: &str| format!("{stage}{draw}");
-    let merged = graph.add(&name("merge"), Merge { params: s.merge.clone() }, &[("views", views)]);
+    let merged = graph.add(&name("merge"), Merge { params: s.merge.clone() }, &[("views", from.views)]);
     let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
     let rootness = graph.add(&name("rootness"), rootness, &[("merged", &[merged])]);
     let ridges = graph.add(&name("suppress"), Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
@@ -284,9 +320,9 @@ fn reconstruct(
     let ports = [("ridges", &[ridges][..]), ("roots", &[extract]), ("rootness", &[rootness])];
     let traced = graph.add(&name("trace"), trace, &ports);
     let measured = if s.diameters.enabled {
-        let cameras: Vec<NodeId> = seen.iter().map(|v| v.2).collect();
+        let cameras: Vec<NodeId> = from.seen.iter().map(|v| v.2).collect();
         let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
-        let ports = [("pieces", &[traced][..]), ("photos", photos), ("cameras", &cameras)];
+        let ports = [("pieces", &[traced][..]), ("photos", from.files), ("cameras", &cameras), ("axis", from.axis)];
         graph.add(&name("diameters"), diameters, &ports)
     } else {
         traced
@@ -302,39 +338,60 @@ fn reconstruct(
 ///
 /// # Errors
 /// Where halves are too few or too small.
-fn spread(
-    graph: &mut Graph,
-    s: &Settings,
-    photos: &[NodeId],
-    seen: &[Seen<'_>],
-    views: &[NodeId],
-    traits: NodeId,
-) -> Result<Option<NodeId>> {
+fn spread(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, traits: NodeId) -> Result<Option<NodeId>> {
     let count = s.traits.resample;
     if count == 0 {
         return Ok(None);
     }
-    if !(2..=1000).contains(&count) || views.len() < 6 {
-        return Err(Error::usage(format!("traits.resample is {count} for {} photographs", views.len()))
+    if !(2..=1000).contains(&count) || from.views.len() < 6 {
+        return Err(Error::usage(format!("traits.resample is {count} for {} photographs", from.views.len()))
             .help("give 2 to 1000 halves of at least 6 photographs, or 0"));
     }
     let mut draws = Vec::with_capacity(count);
-    for (n, half) in halves(views.len(), count).iter().enumerate() {
+    for (n, half) in halves(from.views.len(), count).iter().enumerate() {
         let pick = |list: &[NodeId]| half.iter().map(|&v| list[v]).collect::<Vec<_>>();
-        let seen: Vec<Seen<'_>> = half.iter().map(|&v| seen[v]).collect();
-        let one = reconstruct(graph, s, &pick(photos), &seen, &pick(views), &format!("/half-{}", n + 1));
-        draws.push(one.traits);
+        let seen: Vec<Seen<'_>> = half.iter().map(|&v| from.seen[v]).collect();
+        let (files, views) = (pick(from.files), pick(from.views));
+        let half = Photographs { files: &files, seen: &seen, views: &views, axis: from.axis };
+        draws.push(reconstruct(graph, s, &half, &format!("/half-{}", n + 1)).traits);
     }
     Ok(Some(graph.add("spread", Spread {}, &[("traits", &[traits][..]), ("draws", &draws)])))
 }
 
-/// The cameras found in the photographs alone.  Paper 2.2.
-fn cameras_from_photographs(graph: &mut Graph, s: &Settings, names: &[String], files: &[NodeId]) -> NodeId {
+/// The parts of the camera file.
+fn camera_file(graph: &mut Graph, s: &Settings) -> Result<Vec<NodeId>> {
+    let label = |path: &Path| match path.file_name() {
+        Some(name) => format!("cameras-file/{}", name.to_string_lossy()),
+        None => "cameras-file".to_owned(),
+    };
+    Ok(s.cameras.files(&s.input_dir)?.iter().map(|path| graph.file(&label(path), path)).collect())
+}
+
+/// The cameras in the tank frame that the photographs give: alone, or with the poses of a camera file.  Paper 2.2.
+fn registered(
+    graph: &mut Graph,
+    s: &Settings,
+    names: &[String],
+    files: &[NodeId],
+    known: Option<&[NodeId]>,
+) -> (NodeId, Option<CalibrationNodes>) {
     let mask = graph.add("sfm-mask", SfmMask { params: s.mask.clone() }, &[("photos", files)]);
-    let sfm = Sfm { photos: names.to_vec(), params: s.sfm.clone() };
-    let sparse = graph.add("sfm", sfm, &[("photos", files), ("mask", &[mask])]);
-    let pose = Pose { tank: s.tank.clone(), photos: names.to_vec(), params: s.pose.clone() };
-    graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files)])
+    let photos = names.to_vec();
+    let sparse = match known {
+        Some(parts) => {
+            let stage = SfmKnown { photos: photos.clone(), params: s.sfm.clone() };
+            graph.add("sfm-known", stage, &[("file", parts), ("photos", files), ("mask", &[mask])])
+        }
+        None => {
+            let stage = Sfm { photos: photos.clone(), program: installed(), params: s.sfm.clone() };
+            graph.add("sfm", stage, &[("photos", files), ("mask", &[mask])])
+        }
+    };
+    let pose = Pose { tank: s.tank.clone(), photos: photos.clone(), params: s.pose.clone() };
+    let pose = graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files)]);
+    let pictures = PosePictures { tank: s.tank.clone(), print_thickness_mm: s.pose.print_thickness_mm, photos };
+    let pictures = graph.add("pose-pictures", pictures, &[("pose", &[pose]), ("photos", files)]);
+    (pose, Some(CalibrationNodes { mask, pose, pictures }))
 }
 
 /// One view's volume, by the method of the study.

@@ -1,4 +1,8 @@
 //! A bar of light of given width, blurred by a Gaussian.
+//!
+//! Across a root the light falls off towards its limbs: not at all where light comes from everywhere, with √(1 − u²)
+//! (u from -1 to 1) where all of it comes from the camera's side. The bar's profile is `1 − limb + limb √(1 − u²)`; the root is
+//! taken as a pile of flat bars ([`LAYERS`]), so that the blur stays that of edges.
 
 /// ½ (1 + erf(x / √2)) to 1.2e-7 (rational approximation by Hastings; Abramowitz and Stegun 7.1.26).
 fn normal_below(x: f64) -> f64 {
@@ -10,10 +14,14 @@ fn normal_below(x: f64) -> f64 {
     if x < 0.0 { tail } else { 1.0 - tail }
 }
 
+/// Widths and heights of three flat bars that make √(1 − u²): its layers of equal thickness, at their middles.
+const LAYERS: [[f64; 2]; 3] = [[0.986_013, 1.0 / 3.0], [0.866_025, 1.0 / 3.0], [0.552_771, 1.0 / 3.0]];
+
 /// The blurred edge and the point spread, tabulated, for one point spread.
 #[derive(Debug, Clone)]
 pub struct Bars {
     spread_px: f64,
+    limb: f64,
     /// Light beyond an edge at 0, and the spread's density times its standard deviation.
     table: Vec<[f64; 2]>,
 }
@@ -24,14 +32,24 @@ const REACH: f64 = 5.0;
 const PER_SIGMA: f64 = 64.0;
 
 impl Bars {
-    /// Bars blurred by `spread_px`.
-    pub fn new(spread_px: f64) -> Self {
+    /// Bars blurred by `spread_px` whose light falls off by `limb` (0 to 1) towards the limbs.
+    pub fn new(spread_px: f64, limb: f64) -> Self {
         let n = (2.0 * REACH * PER_SIGMA) as usize;
         let entry = |k: usize| {
             let z = k as f64 / PER_SIGMA - REACH;
             [normal_below(z), 0.398_942_280_401 * (-0.5 * z * z).exp()]
         };
-        Self { spread_px, table: (0..=n + 1).map(entry).collect() }
+        Self { spread_px, limb, table: (0..=n + 1).map(entry).collect() }
+    }
+
+    /// Standard deviation of the point spread, px.
+    pub fn spread_px(&self) -> f64 {
+        self.spread_px
+    }
+
+    /// Fall of the light towards the limbs, 0 to 1.
+    pub fn limb(&self) -> f64 {
+        self.limb
     }
 
     /// Light at `x` beyond an edge at 0, and the density of the point spread there, times its variance.
@@ -54,8 +72,17 @@ impl Bars {
     pub fn light_and_shade(&self, x: f64, width: f64) -> (f64, f64) {
         let half = 0.5 * width;
         let (left, right) = (self.edge_and_bell(x + half), self.edge_and_bell(x - half));
-        let light = left.0 - right.0;
-        (light, (x * light + left.1 - right.1) / half)
+        let flat = left.0 - right.0;
+        let shade = (x * flat + left.1 - right.1) / half;
+        if self.limb <= 0.0 {
+            return (flat, shade);
+        }
+        // The widest layer is nearly the flat bar itself.
+        let layer = |[share, height]: [f64; 2]| {
+            height * (self.edge_and_bell(x + share * half).0 - self.edge_and_bell(x - share * half).0)
+        };
+        let round = LAYERS[0][1] * flat + layer(LAYERS[1]) + layer(LAYERS[2]);
+        (flat + self.limb * (round - flat), shade)
     }
 }
 
@@ -65,7 +92,7 @@ mod tests {
 
     #[test]
     fn the_bar_keeps_its_light_and_its_edges() {
-        let bars = Bars::new(0.6);
+        let bars = Bars::new(0.6, 0.0);
         assert!((bars.light_and_shade(0.0, 20.0).0 - 1.0).abs() < 1e-6);
         assert!((bars.light_and_shade(10.0, 20.0).0 - 0.5).abs() < 1e-6);
         let sum: f64 = (-4000..4000).map(|k| bars.light_and_shade(f64::from(k) * 0.005, 1.7).0 * 0.005).sum();
@@ -78,6 +105,12 @@ mod tests {
             })
             .sum();
         assert!((bars.light_and_shade(x, 1.7).1 - blurred).abs() < 1e-4);
+        let round = Bars::new(0.3, 1.0);
+        let area: f64 = (-4000..4000).map(|k| round.light_and_shade(f64::from(k) * 0.005, 4.0).0 * 0.005).sum();
+        assert!(
+            (area / std::f64::consts::PI - 1.0).abs() < 0.03,
+            "{area}: half the area of a circle of radius 2, over it"
+        );
         assert!((normal_below(1.0) - 0.841_344_746).abs() < 2e-7 && (normal_below(-2.0) - 0.022_750_132).abs() < 2e-7);
     }
 }

@@ -7,6 +7,9 @@
 //! `light(x) = a + b x + c · bar(x; w s, σ) + d · shade(x; w s, σ)`,
 //! bar(x; w, σ) = ½ [erf((x + w/2) / σ√2) − erf((x − w/2) / σ√2)], shade: the same for a light that rises across it
 //!
+//! with the bar's light falling off towards its limbs as the photographs themselves say ([`bar`], [`tune`]). Light is that
+//! along the colour axis on which roots differ from what is behind them.
+//!
 //! x is the pixel's distance across the projected line (px), w the diameter (mm), s the scale across the line (px/mm)
 //! from the Jacobian of the refracted projection, σ the point spread (px). a, b, c, d are solved for each photograph
 //! (d: roots are lit from one side); w is common to all photographs: it minimises the sum over
@@ -18,13 +21,15 @@
 //!
 //! Along a root the diameters are smoothed; their standard deviation is that of the photographs' own best
 //! widths about the common one, over the root of their number. Points that fewer than `min_views` photographs measure
-//! take their diameter from their neighbours, or, where a root has none, keep the scale-space estimate.
+//! take their diameter from their neighbours; a root that has none takes the median of all, and where nothing is measured
+//! at all the scale-space estimate stays.
 
 pub mod bar;
 pub mod clutter;
 pub mod profile;
 pub mod refine;
 pub mod track;
+pub mod tune;
 pub mod width;
 
 use super::curve;
@@ -52,8 +57,8 @@ pub struct DiameterParams {
     pub stretch_mm: f64,
     /// Width of background taken on either side of the root, px, 2 to 20.
     pub margin_px: f64,
-    /// Standard deviation of the photographs' point spread, px, 0.2 to 5: the pixel's own square gives 0.29, a good
-    /// lens about as much again; more for interpolated colours or a soft lens. Too much makes thin roots too thin.
+    /// Standard deviation of the photographs' point spread that is expected, px, 0.2 to 5: the pixel's own square gives
+    /// 0.29, a good lens about as much again; more for interpolated colours or a soft lens. From 0.5 to 1.4 times this is tried.
     pub spread_px: f64,
     /// Fewest photographs that give a diameter, 1 to 100.
     pub min_views: usize,
@@ -128,13 +133,30 @@ pub fn measure(roots: &mut [TracedRoot], sights: &[Sight<'_>], params: &Diameter
     let beads: Vec<Beads> = roots.iter().map(|r| Beads::new(&r.root.points_mm, params.bead_mm())).collect();
     let tracks: Vec<Vec<Track>> =
         sights.par_iter().map(|sight| beads.iter().map(|b| Track::new(sight, b)).collect()).collect();
-    let mut work = Work { sights, beads, tracks, bars: Bars::new(params.spread_px), params };
+    let mut work = Work { sights, beads, tracks, bars: Bars::new(params.spread_px, 0.5), params };
     // The scale-space radii are coarse: two sparse rounds give the last one a width to expect.
-    for (stride, expected) in [(4, false), (4, true), (1, true)] {
+    for (round, (stride, expected)) in [(4, false), (4, true), (1, true)].into_iter().enumerate() {
+        if round == 1 {
+            work.tune(roots);
+        }
         work.shift(roots, stride, expected);
         work.widths(roots, stride, expected);
     }
+    fall_back(roots);
     Ok(())
+}
+
+/// Gives roots that no photograph measured the median radius of the others, with their spread as its deviation.
+fn fall_back(roots: &mut [TracedRoot]) {
+    let measured = |r: &TracedRoot| r.views.iter().any(|&v| v > 0);
+    let mut radii: Vec<f64> = roots.iter().filter(|r| measured(r)).flat_map(|r| r.root.radii_mm.clone()).collect();
+    radii.sort_by(f64::total_cmp);
+    let Some(&median) = radii.get(radii.len() / 2) else { return };
+    let sd = 0.5 * (radii[radii.len() * 84 / 100] - radii[radii.len() * 16 / 100]);
+    for root in roots.iter_mut().filter(|r| !measured(r)) {
+        root.root.radii_mm.fill(median);
+        root.radius_sd_mm.fill(sd);
+    }
 }
 
 /// Everything that measuring needs.
@@ -170,6 +192,24 @@ impl Work<'_> {
                 profile(&seen, &self.beads[root], root, b, radius_mm, self.params)
             })
             .collect()
+    }
+
+    /// Takes point spread and limbs from a sample of the stations.
+    fn tune(&mut self, roots: &[TracedRoot]) {
+        const SAMPLES: usize = 150;
+        let clutter = self.clutter(roots);
+        let all: Vec<(usize, usize)> =
+            (0..roots.len()).flat_map(|r| self.stations(r, 1).map(move |b| (r, b))).collect();
+        let chosen: Vec<(usize, usize)> = all.iter().copied().step_by((all.len() / SAMPLES).max(1)).collect();
+        let samples: Vec<(Vec<Profile>, f64)> = chosen
+            .into_par_iter()
+            .filter(|&(r, b)| roots[r].views[self.beads[r].points[b]] > 0)
+            .map(|(r, b)| {
+                let radius = self.expected(roots, r, b);
+                (self.profiles(&clutter, r, b, radius), 2.0 * radius)
+            })
+            .collect();
+        self.bars = tune::tune(&samples, self.bars.clone());
     }
 
     fn expected(&self, roots: &[TracedRoot], root: usize, b: usize) -> f64 {

@@ -5,7 +5,7 @@ use super::clutter::Clutter;
 use super::track::{Beads, Track};
 use crate::optics::{Vec3, ViewMap};
 use crate::photo::{Picture, colour};
-use ndarray::Array2;
+use ndarray::{Array2, Axis};
 
 /// A pixel position: x = column u, y = row v.
 pub type Pixel = nalgebra::Vector2<f64>;
@@ -17,7 +17,7 @@ pub type Jacobian = nalgebra::Matrix2x3<f64>;
 pub struct Sight<'a> {
     /// From the water to the photograph's own pixels (lens distortion included).
     pub map: &'a ViewMap,
-    /// Linear light, mean of the channels, 0..1.
+    /// Linear light along the roots' colour axis.
     pub light: Array2<f32>,
 }
 
@@ -25,12 +25,22 @@ pub struct Sight<'a> {
 const STEP_MM: f64 = 0.02;
 
 impl<'a> Sight<'a> {
-    /// `photograph` as taken, `map` for the lens that took it.
-    pub fn new(map: &'a ViewMap, photograph: &Picture) -> Self {
+    /// `photograph` as taken, `map` for the lens that took it, `axis` the weights of the photograph's codes that tell roots
+    /// from what is behind them. Light is linear, since blur is; a channel counts with the weight of its codes at its
+    /// mean.
+    pub fn new(map: &'a ViewMap, photograph: &Picture, axis: [f64; 3]) -> Self {
         let linear: Vec<f32> = (0..256).map(|c| colour::linear_of_srgb(c as f32 / 255.0)).collect();
         let (height, width, _) = photograph.dim();
+        let mut weights = [0, 1, 2].map(|c| {
+            let codes: u64 = photograph.index_axis(Axis(2), c).iter().map(|&x| u64::from(x)).sum();
+            let mean = (codes / (height * width).max(1) as u64).clamp(1, 254) as usize;
+            axis[c] / f64::from(linear[mean + 1] - linear[mean - 1])
+        });
+        let sum: f64 = weights.iter().map(|w| w.abs()).sum();
+        weights.iter_mut().for_each(|w| *w /= sum.max(1e-300));
+        let weights = weights.map(|w| w as f32);
         let light = Array2::from_shape_fn((height, width), |(v, u)| {
-            (0..3).map(|c| linear[usize::from(photograph[[v, u, c]])]).sum::<f32>() / 3.0
+            (0..3).map(|c| weights[c] * linear[usize::from(photograph[[v, u, c]])]).sum::<f32>()
         });
         Self { map, light }
     }
@@ -55,7 +65,7 @@ impl<'a> Sight<'a> {
 /// The light about a stretch of root in one photograph.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
-    /// Distance across the projected line, px, and linear light, of every pixel taken.
+    /// Distance across the projected line, px, and light, of every pixel taken.
     pub pixels: Vec<(f64, f64)>,
     /// Scale across the line, px/mm.
     pub scale: f64,

@@ -125,7 +125,7 @@ mod tests {
 
     /// Bars of 0.9 mm lit from one side and shifted by `shift`, seen from all around at 2.4 px/mm.
     fn seen(shift: &Vec3, shade: f64) -> Vec<Profile> {
-        let bars = Bars::new(0.5);
+        let bars = Bars::new(0.5, 0.0);
         (0..16)
             .map(|view| {
                 let angle = 0.39 * f64::from(view);
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn light_from_one_side_and_a_minority_of_views_move_nothing() {
-        let (bars, params) = (Bars::new(0.5), DiameterParams::default());
+        let (bars, params) = (Bars::new(0.5, 0.0), DiameterParams::default());
         let truth = Vec3::new(0.3, -0.2, 0.0);
         for shade in [0.0, 0.5] {
             let profiles = seen(&truth, shade);

@@ -7,6 +7,8 @@ use nalgebra::{Matrix4, Vector4};
 
 /// Ratio of neighbouring widths tried, of the first search and of the second.
 const RATIOS: [f64; 2] = [1.33, 1.1];
+/// Offsets at which a root that moved is looked for, in expected widths, at least one pixel each.
+const ASIDE: [f64; 3] = [0.6, 1.2, 1.8];
 /// Widths tried in the second search lie within this factor of the expected one.
 const NEAR: f64 = 2.0;
 /// How far a photograph may move the common estimate: the rise of its `n ln RSS` is limited to this.
@@ -73,7 +75,12 @@ pub fn common(
     let count = ((to / from).ln() / ratio.ln()).ceil().max(2.0) as i32;
     let widths: Vec<f64> = (0..=count).map(|k| from * ratio.powi(k)).collect();
     let mut rises: Vec<Vec<f64>> = Vec::new();
+    let mut moved = 0;
     for profile in profiles {
+        if expected_mm.is_some_and(|d| is_aside(profile, d * profile.scale, bars)) {
+            moved += 1;
+            continue;
+        }
         // A bar that leaves no background on either side cannot be told from it.
         let room = |w: f64| w * profile.scale <= 2.0 * profile.half_px - 2.0;
         let fits: Vec<Fit> =
@@ -85,7 +92,7 @@ pub fn common(
         let rise = |f: &Fit| if f.light > 0.0 { (n * (f.rss / fits[best].rss).ln()).min(LIMIT) } else { LIMIT };
         rises.push((0..widths.len()).map(|k| fits.get(k).map_or(LIMIT, rise)).collect());
     }
-    let shown = rises.len() as f64 / profiles.len().max(1) as f64;
+    let shown = (rises.len() + moved) as f64 / profiles.len().max(1) as f64;
     if rises.len() < params.min_views {
         return None;
     }
@@ -96,6 +103,16 @@ pub fn common(
     off.sort_by(f64::total_cmp);
     let sd_mm = 1.4826 * off[off.len() / 2] / (rises.len() as f64).sqrt();
     Some(Measured { diameter_mm, sd_mm: sd_mm.max(0.01 * diameter_mm), views: rises.len() as u32, shown })
+}
+
+/// Whether the photograph shows the root clearly beside its line: roots sway. A bar there would be taken for a wide one here.
+fn is_aside(profile: &Profile, width_px: f64, bars: &Bars) -> bool {
+    let here = fit(profile, 0.0, width_px, bars);
+    let limit = here.rss * (-LIMIT / profile.pixels.len() as f64).exp();
+    ASIDE.iter().flat_map(|a| [a * width_px.max(1.0), -a * width_px.max(1.0)]).any(|x| {
+        let there = fit(profile, x, width_px, bars);
+        there.rss < limit && shows(&there)
+    })
 }
 
 /// Place of the minimum between the entries, by the parabola through the lowest and its neighbours.

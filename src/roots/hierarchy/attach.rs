@@ -49,11 +49,12 @@ pub fn attach(
     put(crown, base, 0.0, Hang::Free);
     for tie in &pieces.ties {
         let cost = tie.cost(lines[tie.onto].radius_mm(tie.knot));
+        let by_end = cost + params.taper_mm * taper(&lines[tie.strand], tie.end);
         let own = match tie.end {
             End::First => 0,
             End::Last => lines[tie.strand].last(),
         };
-        put(tie.onto, tie.strand, cost, Hang::On { parent: tie.onto, parent_point: tie.knot, point: own });
+        put(tie.onto, tie.strand, by_end, Hang::On { parent: tie.onto, parent_point: tie.knot, point: own });
         let body = Hang::On { parent: tie.strand, parent_point: own, point: tie.knot };
         put(tie.strand, tie.onto, cost + params.by_body_mm, body);
     }

@@ -1,20 +1,24 @@
 //! Pieces become roots: who hangs on whom, where a root goes on and what springs from it.
 //!
+//! - **Support** ([`support`]): pieces that most photographs do not show are left out.
 //! - **Base** ([`base`]): the piece near the top of what is seen whose first stretch is thickest and most vertical.
-//! - **Hanging** ([`attach`]): every piece hangs by one tie. Ties lead from a piece's own end on to another
-//!   piece; for more, a piece may hang by its body on another's end, or by a crossing; an end that runs out of sight
+//! - **Hanging** ([`attach`]): every piece hangs by one tie. Ties lead from a piece's own end, rather the thicker one, on to
+//!   another piece; for more, a piece may hang by its body on another's end, or by a crossing; an end that runs out of sight
 //!   upwards may hang on the hidden crown. Of all ways to hang all pieces the cheapest is taken (an arborescence:
 //!   [`arborescence`]), so a ring is opened at its most costly tie.
 //! - **Going on** ([`walk`]): ridges do not know which branch of a junction is the root: walked from the base, a root
 //!   goes on, wherever something hangs, in the branch that bends least, keeps its thickness and leads farthest:
-//!   the greatest `− ½ (bend / bend_deg)² − ½ (ln (thickness ratio) / thinner)² + ½ ln reach`, each term limited. The others are
-//!   its laterals.
+//!   the greatest `− ½ (bend / bend_deg)² − ½ (ln (thickness ratio) / thinner)² + ½ ln reach`, each term limited; for the base
+//!   root, which grows downwards, also `− ½ (angle to the vertical / down_deg)²`. The others are its laterals.
 //! - **Pruning and numbering** ([`draw`]): specks, spurs; numbers by order, parents first.
 
 pub mod arborescence;
 pub mod attach;
 pub mod base;
 pub mod draw;
+pub mod support;
+#[cfg(test)]
+mod tests;
 pub mod walk;
 
 use super::system::{RootSystem, TracedRoot};
@@ -27,10 +31,17 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HierarchyParams {
+    /// A piece is a root when at least this share of the photographs that look at it unhindered show one, 0 to 1.
+    pub shown: f64,
     /// Hanging on the hidden crown costs as much as a tie of this cost, mm, 0 to 100.
     pub unseen_mm: f64,
+    /// Hanging by an end as thick as the other one costs as much as a tie of this cost, mm, 0 to 100; by an end that is
+    /// thicker less, since roots taper towards their tips.
+    pub taper_mm: f64,
     /// Hanging by the body instead of an own end costs as much as a tie of this cost, mm, 0 to 100.
     pub by_body_mm: f64,
+    /// Standard deviation of the base root's direction against straight down, degrees, 1 to 90: it grows downwards.
+    pub down_deg: f64,
     /// Standard deviation of a root's own bends over `trace.smooth_mm`, degrees, 1 to 90.
     pub bend_deg: f64,
     /// Standard deviation of the logarithm of a root's thickness along it, as measured, 0.01 to 2.
@@ -43,7 +54,17 @@ pub struct HierarchyParams {
 
 impl Default for HierarchyParams {
     fn default() -> Self {
-        Self { unseen_mm: 3.0, by_body_mm: 6.0, bend_deg: 20.0, thinner: 0.25, speck_mm: 6.0, spur_radii: 3.0 }
+        Self {
+            shown: 0.5,
+            unseen_mm: 3.0,
+            taper_mm: 1.0,
+            by_body_mm: 6.0,
+            down_deg: 45.0,
+            bend_deg: 20.0,
+            thinner: 0.25,
+            speck_mm: 6.0,
+            spur_radii: 3.0,
+        }
     }
 }
 
@@ -52,16 +73,18 @@ impl Default for HierarchyParams {
 /// # Errors
 /// Where a parameter is out of range.
 pub fn arrange(pieces: &Pieces, params: &HierarchyParams) -> Result<RootSystem> {
-    for (name, value) in [("bend_deg", params.bend_deg), ("thinner", params.thinner)] {
+    for (name, value) in [("bend_deg", params.bend_deg), ("down_deg", params.down_deg), ("thinner", params.thinner)] {
         if !(value.is_finite() && value > 0.0) {
             return Err(Error::usage(format!("hierarchy.{name} is {value}")).help("give a positive number"));
         }
     }
     let mut repairs = pieces.repairs.clone();
+    let pieces = &support::supported(pieces, params, &mut repairs);
     let lines: Vec<Line<'_>> = pieces.pieces.iter().map(Line::new).collect();
     let Some(base) = base::base(&lines) else { return Ok(RootSystem { roots: Vec::new(), repairs }) };
-    let joints = attach::attach(pieces, &lines, base, params, &mut repairs);
-    let grown = walk::walk(&lines, base, &joints, pieces, params);
+    let mut hangs = attach::attach(pieces, &lines, base, params, &mut repairs);
+    let base = base::climb(&lines, &mut hangs, base, params);
+    let grown = walk::walk(&lines, base, &hangs, pieces, params);
     let roots = draw::draw(&lines, grown, pieces, params, &mut repairs);
     Ok(RootSystem { roots, repairs })
 }

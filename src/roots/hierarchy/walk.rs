@@ -93,7 +93,7 @@ pub fn walk(lines: &[Line<'_>], base: usize, hangs: &[Hang], pieces: &Pieces, pa
     let mut roots: Vec<Grown> = Vec::new();
     let mut used = vec![false; lines.len()];
     while let Some(seed) = seeds.pop_front() {
-        let (parts, laterals) = walker.follow(seed.branch, &mut used);
+        let (parts, laterals) = walker.follow(seed.branch, seed.order == 0, &mut used);
         let own = roots.len();
         seeds.extend(laterals.into_iter().map(|(branch, place)| Seed {
             branch,
@@ -132,7 +132,7 @@ impl Walker<'_> {
     }
 
     /// The way of one root, and what springs from it with the places.
-    fn follow(&self, start: Branch, used: &mut [bool]) -> (Vec<Part>, Vec<(Branch, Vec3)>) {
+    fn follow(&self, start: Branch, is_base: bool, used: &mut [bool]) -> (Vec<Part>, Vec<(Branch, Vec3)>) {
         let (mut parts, mut laterals) = (Vec::new(), Vec::new());
         let (mut at, mut entered) = (start, start.from);
         used[start.piece] = true;
@@ -159,8 +159,9 @@ impl Walker<'_> {
                 ways.push((own, line.at(far)));
             }
             let incoming = self.incoming(&parts, Part { piece: at.piece, from: entered, to: knot });
-            let score =
-                |b: &Branch| self.score(&incoming, b, used) + if b.piece == at.piece { SAME_PIECE } else { 0.0 };
+            let score = |b: &Branch| {
+                self.score(&incoming, b, is_base, used) + if b.piece == at.piece { SAME_PIECE } else { 0.0 }
+            };
             let scores: Vec<f64> = ways.iter().map(|(b, _)| score(b)).collect();
             let best = (0..ways.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b]).then(b.cmp(&a)));
             let Some(best) = best else {
@@ -214,7 +215,7 @@ impl Walker<'_> {
     }
 
     /// How well a branch goes on.
-    fn score(&self, (direction, radius): &(Option<Vec3>, f64), b: &Branch, used: &[bool]) -> f64 {
+    fn score(&self, (direction, radius): &(Option<Vec3>, f64), b: &Branch, is_base: bool, used: &[bool]) -> f64 {
         let line = &self.lines[b.piece];
         let from = line.beyond(b.from, b.towards, *radius);
         let to = line.beyond(from, b.towards, self.window_mm);
@@ -225,8 +226,9 @@ impl Walker<'_> {
         };
         let far = line.beyond(from, b.towards, 2.0 * self.window_mm);
         let ratio = (line.typical_radius_mm(from, far) / radius).ln() / self.params.thinner;
+        let down = leaves.filter(|_| is_base).map_or(0.0, |c| c.z.clamp(-1.0, 1.0).acos().to_degrees());
         let limited = |z: f64| if z.is_finite() { -0.5 * z.abs().min(MOST).powi(2) } else { -0.5 * MOST * MOST };
-        limited(bend) + limited(ratio) + 0.5 * self.reach(*b, used).max(1.0).ln()
+        limited(bend) + limited(ratio) + limited(down / self.params.down_deg) + 0.5 * self.reach(*b, used).max(1.0).ln()
     }
 
     /// Longest way from the branch's start to a tip, mm.

@@ -1,0 +1,50 @@
+//! Leaves out what the photographs do not show.
+//!
+//! A ridge of the merged light need not be a root: chance, mirrors and the shadows of others leave short ones. A root is
+//! seen by most of the photographs that look at it unhindered.
+
+use super::HierarchyParams;
+use crate::optics::Vec3;
+use crate::roots::repair::{Kind, Repair};
+use crate::roots::trace::Pieces;
+
+/// The pieces whose mean confidence reaches `params.shown`, with the ties among them; all of them where no
+/// photograph was asked.
+pub fn supported(pieces: &Pieces, params: &HierarchyParams, log: &mut Vec<Repair>) -> Pieces {
+    let mut kept = pieces.clone();
+    if !pieces.photographed {
+        return kept;
+    }
+    let mean = |n: usize| {
+        let confidence = &pieces.pieces[n].confidence;
+        confidence.iter().sum::<f64>() / confidence.len().max(1) as f64
+    };
+    let mut number = vec![None; pieces.pieces.len()];
+    kept.pieces.clear();
+    for (n, piece) in pieces.pieces.iter().enumerate() {
+        let (shown, points) = (mean(n), &piece.root.points_mm);
+        if shown >= params.shown {
+            number[n] = Some(kept.pieces.len());
+            kept.pieces.push(piece.clone());
+            continue;
+        }
+        let middle = Vec3::from(points[points.len() / 2]);
+        let length = crate::roots::curve::chord_lengths(points).last().copied().unwrap_or(0.0);
+        let reason = format!("{:.0} % of the photographs that look at it unhindered show a root", 100.0 * shown);
+        log.push(Repair::new(Kind::Pruned, &middle, length, reason));
+    }
+    kept.ties = pieces
+        .ties
+        .iter()
+        .filter_map(|tie| {
+            let (strand, onto) = (number[tie.strand]?, number[tie.onto]?);
+            Some(crate::roots::tie::Tie { strand, onto, ..*tie })
+        })
+        .collect();
+    kept.out_of_sight = pieces
+        .out_of_sight
+        .iter()
+        .filter_map(|out| Some(crate::roots::trace::OutOfSight { piece: number[out.piece]?, ..*out }))
+        .collect();
+    kept
+}

@@ -1,0 +1,122 @@
+use super::*;
+use crate::roots::Root;
+use crate::roots::repair::Kind;
+use crate::roots::strand::End;
+use crate::roots::tie::Tie;
+use crate::roots::trace::OutOfSight;
+
+/// A piece through the corners with a point every 0.5 mm; each corner with its radius.
+fn piece(corners: &[([f64; 3], f64)]) -> TracedRoot {
+    let (mut points_mm, mut radii_mm) = (vec![corners[0].0], vec![corners[0].1]);
+    for pair in corners.windows(2) {
+        let (a, b) = (Vec3::from(pair[0].0), Vec3::from(pair[1].0));
+        let n = ((b - a).norm() / 0.5).round() as usize;
+        points_mm.extend((1..=n).map(|k| <[f64; 3]>::from(a + (b - a) * (k as f64 / n as f64))));
+        radii_mm.extend((1..=n).map(|_| pair[1].1));
+    }
+    let n = points_mm.len();
+    TracedRoot {
+        root: Root { id: 0, parent: -1, order: 0, points_mm, radii_mm },
+        radius_sd_mm: vec![0.05; n],
+        views: vec![9; n],
+        confidence: vec![0.9; n],
+    }
+}
+
+fn pieces(pieces: Vec<TracedRoot>, ties: Vec<Tie>) -> Pieces {
+    Pieces {
+        step_mm: 0.5,
+        smooth_mm: 6.0,
+        link_mm: 2.0,
+        photographed: true,
+        pieces,
+        ties,
+        out_of_sight: Vec::new(),
+        repairs: Vec::new(),
+    }
+}
+
+fn tie(strand: usize, end: End, onto: usize, knot: usize, distance_mm: f64) -> Tie {
+    Tie { strand, end, onto, knot, distance_mm, cosine: 1.0, support: 1.0 }
+}
+
+fn tip(root: &TracedRoot) -> Vec3 {
+    Vec3::from(*root.root.points_mm.last().unwrap())
+}
+
+/// The ridge of a taproot runs on into a lateral at z = 60; the taproot's lower half begins below.
+fn junction() -> Pieces {
+    let upper = piece(&[([0.0, 0.0, 20.0], 1.5), ([0.0, 0.0, 60.0], 1.5), ([20.0, 0.0, 75.0], 0.5)]);
+    let lower = piece(&[([0.0, 0.0, 61.5], 1.4), ([0.0, 0.0, 110.0], 1.0)]);
+    let second = piece(&[([12.0, 0.5, 69.0], 0.3), ([12.0, 10.0, 72.0], 0.3)]);
+    let at = 80;
+    pieces(vec![upper, lower, second], vec![tie(1, End::First, 0, at, 1.5), tie(2, End::First, 0, at + 30, 0.5)])
+}
+
+#[test]
+fn a_root_goes_on_straight_and_thick() {
+    let system = arrange(&junction(), &HierarchyParams::default()).unwrap();
+    let orders: Vec<(i64, u32)> = system.roots.iter().map(|r| (r.root.parent, r.root.order)).collect();
+    assert_eq!(orders, [(-1, 0), (0, 1), (1, 2)]);
+    assert!((tip(&system.roots[0]) - Vec3::new(0.0, 0.0, 110.0)).norm() < 0.5);
+    assert!((tip(&system.roots[1]) - Vec3::new(20.0, 0.0, 75.0)).norm() < 0.5);
+    let length = *super::super::curve::chord_lengths(&system.roots[0].root.points_mm).last().unwrap();
+    assert!((length - 90.0).abs() < 1.0, "{length}");
+    // Laterals start on their parent's line.
+    for root in &system.roots[1..] {
+        let parent = &system.roots[root.root.parent as usize].root.points_mm;
+        let start = Vec3::from(root.root.points_mm[0]);
+        assert!(parent.iter().any(|p| (Vec3::from(*p) - start).norm() < 1e-9));
+    }
+}
+
+#[test]
+fn what_photographs_do_not_show_is_left_out() {
+    let mut all = junction();
+    all.pieces[2].confidence.fill(0.2);
+    let system = arrange(&all, &HierarchyParams::default()).unwrap();
+    assert_eq!(system.roots.len(), 2);
+    assert!(system.repairs.iter().any(|r| r.kind == Kind::Pruned && r.reason.contains("20 %")));
+    all.photographed = false;
+    assert_eq!(arrange(&all, &HierarchyParams::default()).unwrap().roots.len(), 3);
+}
+
+#[test]
+fn a_root_does_not_hang_on_a_tip_that_touches_it() {
+    let base = piece(&[([0.0, 0.0, 20.0], 1.5), ([0.0, 0.0, 110.0], 1.0)]);
+    // From the crown, out of sight; the lateral of the base touches it with its tip.
+    let other = piece(&[([10.0, 0.0, 20.0], 0.6), ([20.0, 0.0, 90.0], 0.4)]);
+    let lateral = piece(&[([0.0, 0.0, 50.0], 0.4), ([14.0, 0.0, 52.0], 0.3)]);
+    let touch = (other.root.points_mm.len() - 1) * 32 / 70;
+    let mut all =
+        pieces(vec![base, other, lateral], vec![tie(2, End::First, 0, 60, 1.0), tie(2, End::Last, 1, touch, 0.5)]);
+    all.out_of_sight = vec![OutOfSight { piece: 1, end: End::First, way_mm: 1.0 }];
+    let system = arrange(&all, &HierarchyParams::default()).unwrap();
+    assert_eq!(system.roots.iter().map(|r| r.root.order).collect::<Vec<_>>(), [0, 1, 1]);
+    assert!(system.repairs.iter().any(|r| r.kind == Kind::Inferred));
+    assert!(system.repairs.iter().any(|r| r.kind == Kind::Opened));
+}
+
+#[test]
+fn the_base_begins_at_its_uppermost_piece() {
+    let mut all = junction();
+    all.pieces.push(piece(&[([0.0, 0.0, 19.0], 1.6), ([0.5, 0.0, 8.0], 1.6)]));
+    all.ties.push(tie(3, End::First, 0, 0, 1.0));
+    let system = arrange(&all, &HierarchyParams::default()).unwrap();
+    assert_eq!(system.roots.len(), 3);
+    assert!((system.roots[0].root.points_mm[0][2] - 8.0).abs() < 0.5);
+}
+
+#[test]
+fn spurs_and_specks_go_and_nothing_gives_nothing() {
+    let mut all = junction();
+    all.pieces.push(piece(&[([-1.5, 0.0, 40.0], 0.3), ([-3.0, 0.0, 40.0], 0.3)]));
+    all.ties.push(tie(3, End::First, 0, 40, 1.5));
+    all.pieces.push(piece(&[([40.0, 0.0, 40.0], 0.3), ([43.0, 0.0, 40.0], 0.3)]));
+    let system = arrange(&all, &HierarchyParams::default()).unwrap();
+    assert_eq!(system.roots.len(), 3);
+    assert_eq!(system.repairs.iter().filter(|r| r.kind == Kind::Pruned).count(), 2);
+    assert!(arrange(&pieces(Vec::new(), Vec::new()), &HierarchyParams::default()).unwrap().roots.is_empty());
+    let faulty = HierarchyParams { bend_deg: f64::NAN, ..HierarchyParams::default() };
+    assert!(arrange(&junction(), &faulty).is_err());
+}
