@@ -75,6 +75,8 @@ pub struct Settings {
     pub source: Source,
     /// `[cameras]`.
     pub cameras: Cameras,
+    /// A mask given as a picture.
+    pub mask_picture: Option<PathBuf>,
     /// `[mask]`, read where cameras come from the photographs.
     pub mask: MaskParams,
     /// `[sfm]`, read where cameras come from the photographs.
@@ -225,6 +227,7 @@ impl Settings {
         Ok(Self {
             name,
             source,
+            mask_picture: photos.mask.map(|m| input_dir.join(m)),
             input_dir,
             cameras,
             mask,
