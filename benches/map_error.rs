@@ -67,7 +67,7 @@ fn draw(path: &str, found: &[Deviation]) -> Result<(), Box<dyn std::error::Error
         .margin(12)
         .x_label_area_size(42)
         .y_label_area_size(64)
-        .build_cartesian_2d(0.0..85.0, (0.001..100.0).log_scale())?;
+        .build_cartesian_2d(0.0..85.0, (0.01..20.0).log_scale())?;
     chart
         .configure_mesh()
         .x_desc("distance from the inner wall, mm")

@@ -3,8 +3,9 @@
 //! grids too (about an hour on two cores).
 //!
 //! The scene is the paper's tank, N cameras around it, 968 x 648 px of noise each; views are rendered slab by slab
-//! into the merge (gray pictures, the default estimator), nothing is stored. Without `--whole` each cell works through evenly spaced slabs
-//! of at most [`ENOUGH`] voxels times views and is scaled up to the grid. Seconds are processor time (user and system, from
+//! into the merge (gray pictures, the default estimator),
+//! nothing is stored. Without `--whole` each cell works through evenly spaced slabs, some [`ENOUGH`] voxels times views, and is
+//! scaled up to the grid. Seconds are processor time (user and system, from
 //! /proc/self/stat), which other work on the machine does not change much.
 
 #![allow(clippy::print_stdout, reason = "the figures are what it is for")]
@@ -17,9 +18,11 @@ use rootvox::volume::merge::{Merge, merge};
 use rootvox::volume::{Grid, RenderOptions, ViewRenderer};
 
 /// Planes worked on at once.
-const SLAB: usize = 4;
+const SLAB: usize = 2;
 /// Voxels times views after which a cell is known well enough.
-const ENOUGH: usize = 200_000_000;
+const ENOUGH: usize = 60_000_000;
+/// Slabs worked through at least.
+const FEWEST: usize = 3;
 
 fn main() {
     let whole = std::env::args().any(|a| a == "--whole");
@@ -49,7 +52,7 @@ fn main() {
                 .collect();
             let slabs: Vec<usize> = (0..grid.shape[0]).step_by(SLAB).collect();
             let cost = grid.len() * renderers.len();
-            let every = if whole { 1 } else { cost.div_ceil(ENOUGH) };
+            let every = if whole { 1 } else { cost.div_ceil(ENOUGH).min(slabs.len() / FEWEST) };
             let chosen: Vec<usize> = slabs.iter().copied().skip(every / 2).step_by(every).collect();
             let (mut render_s, mut merge_s) = (0.0, 0.0);
             for &from in &chosen {

@@ -6,7 +6,9 @@ use crate::error::{Error, Result};
 use crate::flow::{Engine, Graph, Inputs};
 use crate::formats::picture;
 use crate::stages::render::Render;
+use crate::stages::render_patch::RenderPatch;
 use crate::study::graph;
+use crate::study::render::Method;
 use crate::study::settings::Settings;
 use clap::{Args, Subcommand};
 use ndarray::{Axis, s};
@@ -26,8 +28,9 @@ enum What {
 
 /// A horizontal slice of one view's volume: how the rays of that photograph run through the water.
 ///
-/// Voxels that the view says nothing about are black. Nothing but the view's own photograph and camera is
-/// computed for it.
+/// Voxels that the view says nothing about are black. Colours are those of the photograph, rendered as the study's
+/// [render] says, whether the study keeps the views' volumes or streams them. Nothing but the view's own photograph and
+/// camera is computed for it.
 ///
 /// Example:
 ///   rootvox export slice pipelines/quickstart.toml --view 003.jpg --z 60 -o slice.png
@@ -78,8 +81,13 @@ impl Slice {
             return Err(Error::usage(format!("--z {} mm lies outside the grid", self.z))
                 .help(format!("it reaches from {} to {deepest} mm", grid.origin_mm[2])));
         }
-        let (photo, camera) =
-            (graph.find(&format!("undistort/{}", self.view))?, graph.find(&format!("camera/{}", self.view))?);
+        // The port of each input of the rendering, whose node is `<port>/<photograph>` but for the photograph's own.
+        let mut ports = vec![("photo", "undistort"), ("camera", "camera")];
+        if settings.render.method == Method::PatchRbf {
+            ports.push(("lattice", "lattice"));
+        }
+        let of_view = |&(_, node): &(&str, &str)| graph.find(&format!("{node}/{}", self.view));
+        let wanted = ports.iter().map(of_view).collect::<Result<Vec<_>>>()?;
         let store = self.store.open()?;
         let display = Display::new(graph.labels());
         let report = Engine::new(&store)
@@ -87,12 +95,20 @@ impl Slice {
             .memory_bytes(self.machine.memory_bytes())
             .cancel(super::cancel::flag()?)
             .on_event(|event| display.show(event))
-            .run(&graph, &[photo, camera])?;
+            .run(&graph, &wanted)?;
         display.finish();
-        let inputs =
-            Inputs::new([("photo", vec![report.artefact(photo)?]), ("camera", vec![report.artefact(camera)?])]);
-        let render = Render { tank: settings.tank, grid, options: settings.render.options() };
-        let slab = render.planes(&inputs)?.get(plane as usize..plane as usize + 1);
+        let input = |port: usize| Ok::<_, Error>((ports[port].0, vec![report.artefact(wanted[port])?]));
+        let (tank, sizes) = (settings.tank, settings.render.sizes());
+        let volume = match settings.render.method {
+            Method::Exact => {
+                let render = Render { tank, grid, options: settings.render.options() };
+                render.planes(&Inputs::new([input(0)?, input(1)?]))?
+            }
+            Method::PatchRbf => {
+                RenderPatch { tank, grid, sizes }.planes(&Inputs::new([input(0)?, input(1)?, input(2)?]))?
+            }
+        };
+        let slab = volume.get(plane as usize..plane as usize + 1);
         let rgb = slab.index_axis(Axis(0), 0).slice(s![.., .., ..3]).to_owned();
         std::fs::write(&self.out, picture::png(rgb.view())?).map_err(|e| Error::io("write", &self.out, e))?;
         eprintln!("slice written: {}", self.out.display());

@@ -83,6 +83,14 @@ impl Plan {
         self.entries.iter().enumerate().filter_map(|(n, entry)| Some((NodeId(n), entry.as_ref()?)))
     }
 
+    /// The digest of node `n`, where it is known without running.
+    fn digest(&self, n: usize) -> Option<Digest> {
+        match self.entries[n].as_ref().map(|entry| &entry.state) {
+            Some(NodeState::File { digest } | NodeState::Cached { digest, .. }) => Some(*digest),
+            _ => None,
+        }
+    }
+
     /// Nodes that would run, or may.
     pub fn pending(&self) -> impl Iterator<Item = (NodeId, &Planned)> {
         self.nodes().filter(|(_, p)| matches!(p.state, NodeState::WouldRun { .. } | NodeState::Unknown { .. }))
@@ -159,11 +167,16 @@ pub(super) fn plan(graph: &Graph, store: &Store, targets: &[NodeId]) -> Result<P
 pub(super) struct Experience<'a> {
     store: &'a Store,
     by_stage: BTreeMap<&'static str, Vec<Past>>,
+    /// By stage and label: a sweep asks the same of thousands of nodes.
+    estimates: BTreeMap<(&'static str, String), Estimate>,
 }
+
+/// Seconds and bytes, where there is experience.
+type Estimate = (Option<f64>, Option<u64>);
 
 impl<'a> Experience<'a> {
     pub(super) fn new(store: &'a Store) -> Self {
-        Self { store, by_stage: BTreeMap::new() }
+        Self { store, by_stage: BTreeMap::new(), estimates: BTreeMap::new() }
     }
 
     fn of(&mut self, stage: &'static str) -> &[Past] {
@@ -171,7 +184,17 @@ impl<'a> Experience<'a> {
     }
 
     /// The median time and size of the latest runs, under the same label if there are any.
-    pub(super) fn estimate(&mut self, stage: &'static str, label: &str) -> (Option<f64>, Option<u64>) {
+    pub(super) fn estimate(&mut self, stage: &'static str, label: &str) -> Estimate {
+        let asked = (stage, label.to_owned());
+        if let Some(known) = self.estimates.get(&asked) {
+            return *known;
+        }
+        let estimate = self.estimate_anew(stage, label);
+        self.estimates.insert(asked, estimate);
+        estimate
+    }
+
+    fn estimate_anew(&mut self, stage: &'static str, label: &str) -> Estimate {
         let all = self.of(stage);
         let mut latest: Vec<&Past> = all.iter().rev().filter(|past| past.label == label).take(RECENT).collect();
         if latest.is_empty() {
@@ -188,30 +211,29 @@ impl<'a> Experience<'a> {
 /// What changed at `node` against the nearest earlier run, and upstream of it: root causes first, `node` last.
 pub(super) fn why(graph: &Graph, store: &Store, node: NodeId) -> Result<Vec<Step>> {
     let plan = plan(graph, store, &[node])?;
-    let digest = |n: usize| match plan.entries[n].as_ref().map(|entry| &entry.state) {
-        Some(NodeState::File { digest } | NodeState::Cached { digest, .. }) => Some(*digest),
-        _ => None,
-    };
-    let mut trail = Trail { graph, store, plan: &plan, digest: &digest, seen: BTreeSet::new(), steps: Vec::new() };
+    let mut trail = Trail { graph, store, plan: &plan, seen: BTreeSet::new(), steps: Vec::new() };
     let Kind::Stage { work, .. } = &graph.nodes[node.0].kind else {
         return Err(Error::usage(format!("`{}` is a file: ask about a node that reads it", graph.label(node))));
     };
-    let own = match plan.entries[node.0].as_ref().map(|entry| &entry.state) {
+    let before = before_of(graph, store, &plan, node.0, &store.history(work.name()));
+    trail.follow(node.0, before);
+    Ok(trail.steps)
+}
+
+/// The earlier run that is nearest to node `n` as it is planned.
+fn before_of(graph: &Graph, store: &Store, plan: &Plan, n: usize, pasts: &[Past]) -> Option<Manifest> {
+    let own = match plan.entries[n].as_ref().map(|entry| &entry.state) {
         Some(NodeState::WouldRun { key, .. } | NodeState::Cached { key, .. }) => Some(*key),
         _ => None,
     };
-    let now = Now::of(graph, node.0, &digest);
-    let before =
-        now.and_then(|now| nearest(store, &store.history(work.name()), work.name(), graph.label(node), own, &now).0);
-    trail.follow(node.0, before);
-    Ok(trail.steps)
+    let now = Now::of(graph, n, &|input| plan.digest(input))?;
+    nearest(store, pasts, graph.stage(NodeId(n))?, graph.label(NodeId(n)), own, &now).0
 }
 
 struct Trail<'a> {
     graph: &'a Graph,
     store: &'a Store,
     plan: &'a Plan,
-    digest: &'a dyn Fn(usize) -> Option<Digest>,
     seen: BTreeSet<usize>,
     steps: Vec<Step>,
 }
@@ -223,7 +245,7 @@ impl Trail<'_> {
             return;
         }
         let node = &self.graph.nodes[n];
-        let Some(now) = Now::of(self.graph, n, self.digest) else { return };
+        let Some(now) = Now::of(self.graph, n, &|input| self.plan.digest(input)) else { return };
         let not_stored = matches!(self.plan.entries[n].as_ref().map(|e| &e.state),
             Some(NodeState::WouldRun { changes, .. }) if changes.contains(&Change::NotStored));
         let changes = match &before {
@@ -244,9 +266,15 @@ impl Trail<'_> {
                 }
                 Kind::Stage { work, .. } => {
                     let pasts = self.store.history(work.name());
-                    let past = pasts.iter().rev().find(|past| past.digest == *from && past.label == *label);
-                    let past = past.or_else(|| pasts.iter().rev().find(|past| past.digest == *from));
-                    let before = past.and_then(|past| self.store.lookup(work.name(), past.key).ok().flatten());
+                    let before = if to.is_some() {
+                        // The values that were read then were made by this run.
+                        let past = pasts.iter().rev().find(|past| past.digest == *from && past.label == *label);
+                        let past = past.or_else(|| pasts.iter().rev().find(|past| past.digest == *from));
+                        past.and_then(|past| self.store.lookup(work.name(), past.key).ok().flatten())
+                    } else {
+                        // What is still to run is explained by its own nearest run, as in the plan.
+                        before_of(self.graph, self.store, self.plan, input.0, &pasts)
+                    };
                     self.follow(input.0, before);
                 }
             }

@@ -42,7 +42,7 @@ pub(super) fn run(graph: &Graph, store: &Store, job: &Job, started: &dyn Fn(Vec<
         return Ok(Outcome::Found(manifest)); // Another process published it before we could claim it.
     }
     let now = Now::of(graph, job.node, &|input| job.upstream.get(&input).and_then(|(_, digest)| *digest));
-    let history = store.history(work.name());
+    let history = store.latest_history(work.name());
     let label = &graph.nodes[job.node].label;
     started(now.map_or_else(Vec::new, |now| nearest(store, &history, work.name(), label, job.key, &now).1));
     let mut open = Streams { graph, job, streams: BTreeMap::new(), order: Vec::new() };

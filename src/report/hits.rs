@@ -48,11 +48,16 @@ pub fn hits_picture(hits: &Hits, tank: &Tank, px_per_mm: f64) -> Array3<u8> {
         let angle = f * std::f64::consts::TAU;
         dot(middle(2) + radius * angle.cos(), panel_mm / 2.0 + radius * angle.sin(), OUTLINE);
     }
-    for (points, colour) in [(&hits.hit, HIT), (&hits.missed, MISSED), (&hits.spurious, SPURIOUS)] {
+    // Faults are few and often single voxels: marks of 3 x 3 px.
+    for (points, colour, reach) in [(&hits.hit, HIT, 0), (&hits.missed, MISSED, 1), (&hits.spurious, SPURIOUS, 1)] {
         for [x, y, z] in points {
-            dot(middle(0) + x, MARGIN_MM + z, colour);
-            dot(middle(1) + y, MARGIN_MM + z, colour);
-            dot(middle(2) + x, panel_mm / 2.0 + y, colour);
+            for step in 0..(2 * reach + 1) * (2 * reach + 1) {
+                let shift = |k: i32| f64::from(k - reach) / px_per_mm;
+                let (dx, dy) = (shift(step % (2 * reach + 1)), shift(step / (2 * reach + 1)));
+                dot(middle(0) + x + dx, MARGIN_MM + z + dy, colour);
+                dot(middle(1) + y + dx, MARGIN_MM + z + dy, colour);
+                dot(middle(2) + x + dx, panel_mm / 2.0 + y + dy, colour);
+            }
         }
     }
     picture
@@ -80,9 +85,9 @@ mod tests {
         };
         let picture = hits_picture(&hits, &tank, 2.0);
         assert_eq!(picture.dim(), (116, 264, 3));
-        for colour in [HIT, MISSED, SPURIOUS] {
+        for (colour, wanted) in [(HIT, 3), (MISSED, 27), (SPURIOUS, 27)] {
             let count = picture.rows().into_iter().filter(|p| p.iter().eq(colour.iter())).count();
-            assert_eq!(count, 3);
+            assert_eq!(count, wanted);
         }
     }
 }

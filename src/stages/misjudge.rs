@@ -22,7 +22,6 @@ impl Stage for Misjudge {
     const VERSION: u32 = 1;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
-        self.params.check()?;
         let mut cameras: Vec<NamedView> = inputs.one("cameras")?.json("cameras")?;
         let views: Vec<View> = cameras.iter().map(|c| c.view.clone()).collect();
         for (camera, view) in cameras.iter_mut().zip(misjudged(&views, &self.params, self.seed)) {

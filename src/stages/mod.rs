@@ -77,3 +77,21 @@ pub(crate) fn three<T>(array: ArrayD<T>) -> Result<Array3<T>> {
 pub(crate) fn four<T>(array: ArrayD<T>) -> Result<Array4<T>> {
     array.into_dimensionality::<Ix4>().map_err(|e| Error::failed(format!("an array of the store has other axes: {e}")))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slabs_cover_the_volume_within_their_bytes() {
+        for (plane_bytes, halo) in [(0, 0), (100 << 20, 0), (30 << 20, 3), (1 << 30, 1)] {
+            let all: Vec<_> = slabs(45, halo, plane_bytes).collect();
+            assert_eq!((all[0].0.start, all[all.len() - 1].0.end), (0, 45));
+            assert!(all.windows(2).all(|w| w[0].0.end == w[1].0.start));
+            for (own, with_halo) in all {
+                assert_eq!(with_halo, own.start.saturating_sub(halo)..(own.end + halo).min(45));
+                assert!(own.len() == 1 || with_halo.len() * plane_bytes <= SLAB_BYTES);
+            }
+        }
+    }
+}

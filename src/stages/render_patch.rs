@@ -34,11 +34,21 @@ impl Stage for RenderPatch {
 
 impl Streamed for RenderPatch {
     fn open(&self, inputs: &Inputs) -> Result<Box<dyn SlabSource>> {
+        Ok(Box::new(self.planes(inputs)?))
+    }
+}
+
+impl RenderPatch {
+    /// The view's volume, ready to be rendered plane by plane.
+    ///
+    /// # Errors
+    /// As the run of the stage.
+    pub fn planes(&self, inputs: &Inputs) -> Result<ViewPlanes> {
         let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
         let view: View = inputs.one("camera")?.json("view")?;
         let lattice = four(inputs.one("lattice")?.array::<f32>("lattice")?.read()?)?;
         let grid = self.grid;
         let renderer = PatchRbfRenderer::new(PatchMap::new(&view, &self.tank, &grid, self.sizes, lattice), &photo);
-        Ok(Box::new(ViewPlanes { grid, render: Box::new(move |planes, out| renderer.render_slab(planes, out)) }))
+        Ok(ViewPlanes { grid, render: Box::new(move |planes, out| renderer.render_slab(planes, out)) })
     }
 }

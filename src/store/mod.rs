@@ -288,6 +288,13 @@ impl Store {
         history::append(&self.root().join("history"), record, seconds);
     }
 
+    /// The latest earlier runs of `stage`, as [`Store::history`].
+    pub fn latest_history(&self, stage: &str) -> Vec<Past> {
+        let mut past = self.0.upstream.as_ref().map(|upstream| upstream.latest_history(stage)).unwrap_or_default();
+        past.extend(history::read_latest(&self.root().join("history"), stage));
+        past
+    }
+
     /// Earlier runs of `stage`, oldest first, those of the store behind before all others.
     pub fn history(&self, stage: &str) -> Vec<Past> {
         let mut past = self.0.upstream.as_ref().map(|upstream| upstream.history(stage)).unwrap_or_default();

@@ -219,8 +219,7 @@ impl Settings {
         let overlay: OverlaySection = file.section("overlay");
         let report: ReportSection = file.section("report");
         let truth: Truth = file.section("truth");
-        let simulated_as =
-            if simulated { [simulate.growth.check(), simulate.capture.check()] } else { [Ok(()), Ok(())] };
+        let simulated_as = [simulate.growth.check(), simulate.capture.check(), simulate.misjudge.check()];
         let checks = [
             render.check(),
             contrast.check(),
@@ -229,7 +228,7 @@ impl Settings {
             rootness.check(grid.spacing),
             overlay.check(),
         ];
-        for checked in checks.into_iter().chain(simulated_as) {
+        for checked in checks.into_iter().chain(simulated_as.into_iter().filter(|_| simulated)) {
             if let Err(e) = checked {
                 file.refuse(e);
             }

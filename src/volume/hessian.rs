@@ -123,6 +123,9 @@ impl Hessian {
     /// Makes ready the derivatives of all planes before `end` and drops what those from `begin` on do not need.
     /// `known` holds the planes from the last `end` on up to [`halo`] beyond the new one.
     pub fn advance(&mut self, known: &Planes, begin: usize, end: usize) {
+        if begin >= end {
+            return;
+        }
         let gone = (begin as isize - self.radius as isize - self.first).clamp(0, self.filled.len() as isize);
         self.filled.drain(..gone as usize);
         self.first += gone;

@@ -219,3 +219,33 @@ fn may_be_line(m: &Sym3) -> bool {
     // det > 0: all three positive or just one; else all negative, or just one (then no line).
     if det > 0.0 { !(trace > 0.0 && minors > 0.0) } else { trace < 0.0 && minors > 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::concatenate;
+
+    #[test]
+    fn planes_given_in_pieces_measure_as_the_whole_bit_for_bit() {
+        let volume = Array3::from_shape_fn((31, 12, 40), |(k, j, i)| {
+            let n = (k * 7919 + j * 104_729 + i * 1_299_709) % 1000;
+            if n < 60 || j == 0 || k == 30 { f32::NAN } else { n as f32 / 1000.0 }
+        });
+        let params = Rootness { sigma: vec![0.5, 1.2], ..Rootness::default() };
+        let whole = rootness(volume.view(), 1.0, &params).unwrap();
+        assert!(whole.scale.iter().any(|&s| s == 0) && whole.scale.iter().any(|&s| s == 1));
+        for step in [1, 5, 16] {
+            let mut stream = Stream::new([31, 12, 40], 1.0, &params).unwrap();
+            let parts: Vec<RootVolume> =
+                volume.axis_chunks_iter(Axis(0), step).map(|planes| stream.push(planes)).collect();
+            let values: Vec<_> = parts.iter().map(|p| p.rootness.view()).collect();
+            let values = concatenate(Axis(0), &values).unwrap();
+            assert!(values.iter().zip(&whole.rootness).all(|(a, b)| a.to_bits() == b.to_bits()), "{step} at a time");
+            let tangents: Vec<_> = parts.iter().map(|p| p.tangent.view()).collect();
+            assert_eq!(concatenate(Axis(0), &tangents).unwrap(), whole.tangent);
+            let scales: Vec<_> = parts.iter().map(|p| p.scale.view()).collect();
+            assert_eq!(concatenate(Axis(0), &scales).unwrap(), whole.scale);
+        }
+        assert!(whole.rootness[[30, 5, 5]].is_nan() && whole.rootness[[3, 0, 5]].is_nan());
+    }
+}

@@ -83,7 +83,7 @@ fn a_study_file_that_is_not_there_or_no_toml() {
 fn a_wall_thicker_than_the_tank_is_refused() {
     let capture = Capture::new();
     refused(&capture, &["--set", "tank.wall=40"], 2, &["tank.wall", "40 mm", "30 mm"]);
-    refused(&capture, &["--set", "tank.radius=nan"], 2, &["tank.radius", "NaN"]);
+    refused(&capture, &["--set", "tank.radius=nan"], 2, &["tank.radius", "`nan` is not a finite number"]);
     refused(&capture, &["--set", "tank.index.water=0.2"], 2, &["tank.index.water"]);
 }
 

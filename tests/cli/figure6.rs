@@ -39,14 +39,17 @@ fn its_points_run_as_many_nodes_as_are_distinct() {
 
     let keys: BTreeSet<Key> = finished.iter().filter_map(|node| report.key(*node)).collect();
     assert_eq!(keys.len(), finished.len(), "a node ran twice");
-    assert_eq!(*hits.lock().expect("a lock"), 0, "a node was found that ran in this run");
+    // Thresholds that give the same roots are scored once: the next score has that key and is found.
+    let reached = batch.graph.nodes().zip(batch.graph.upstream(&targets)).filter(|(_, reached)| *reached);
+    let wanted = reached.filter(|(node, _)| batch.graph.stage(*node).is_some()).count();
+    assert_eq!(finished.len() + *hits.lock().expect("a lock"), wanted);
     let mut ran: BTreeMap<&str, usize> = BTreeMap::new();
     for node in &finished {
         *ran.entry(batch.graph.stage(*node).expect("a stage")).or_default() += 1;
     }
     // Distinct by construction: 2 ways to render, times 2 pairs of exponents, times 4 pairs of thresholds.
     let expected = [("photograph", 4), ("undistort", 4), ("render", 8), ("merge", 2), ("rootness", 4), ("suppress", 4)];
-    for (stage, count) in expected.into_iter().chain([("extract", 16), ("evaluate", 16), ("capture", 1)]) {
+    for (stage, count) in expected.into_iter().chain([("extract", 16), ("capture", 1)]) {
         assert_eq!(ran.get(stage), Some(&count), "{stage} of {ran:?}");
     }
     // Distinct by count: what the points need, each on its own.

@@ -8,4 +8,5 @@ mod figure6;
 mod kill;
 mod reruns;
 mod runs;
+mod simulation;
 mod sweeps;

@@ -108,6 +108,10 @@ fn why_begins_with_the_root_cause() {
     run(&Study { gain: 3.0, ..base() });
     let gain = why(&store, &Study { gain: 3.0, ..base() }, folder, "spread/0");
     assert_eq!(gain, ["spread/0: `gain`: 1 -> 3"]);
+    // What is still to run is held against the nearest of its own runs, not against the latest that anybody made.
+    run(&Study { step: 9.0, ..base() });
+    let step = why(&store, &Study { gain: 3.0, step: 0.75, ..base() }, folder, "count");
+    assert_eq!(step, ["sum: `step`: 0.5 -> 0.75", "count: input `sum` has to be computed again"]);
     let more = why(&store, &Study { views: 3, ..base() }, folder, "sum");
     assert_eq!(more, ["sum: input `spread/2` added"]);
 }
