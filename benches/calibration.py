@@ -95,7 +95,7 @@ def measure(args, name, folder):
     call(args.rootvox, "run", study, "--cache", work / "cache", "--results", work / "results")
     result = work / "results" / name
     errors = json.loads(call(args.rootvox, "evaluate", result, folder, "--json", "--free-azimuth"))["cameras"]
-    return errors, json.loads((result / "calibration.json").read_text())
+    return errors, json.loads((result / "calibration" / "calibration.json").read_text())
 
 
 COLUMNS = [
@@ -141,7 +141,7 @@ def main():
     for name, folder in folders:
         e, calibration = measure(args, name, folder)
         q = calibration["quality"]
-        u, f = q["uncertainty"], calibration["lens"]["f"]
+        u, f = q["adjustment"]["uncertainty"], calibration["lens"]["f"]
         cells = [name, str(e["views"]), f"{q['sfm_rms_px']:.2f}", f"{e['water_rms_px']:.3f}"]
         for _, error, sigma, digits in COLUMNS:
             x, s = error(e, u, f), sigma(u, f)

@@ -9,6 +9,7 @@
 //! 5. `Σ ρ(distance / scale)` is minimised over scale, rotation (angle-axis) and translation by Powell's method, on a
 //!    growing number of views.
 
+use super::register::Edge;
 use super::similarity::Similarity;
 use super::sparse::SparseModel;
 use crate::error::{Error, Result};
@@ -73,8 +74,8 @@ impl Default for ChamferParams {
 pub struct Chamfered {
     /// M₀.
     pub tank_from_sfm: Similarity,
-    /// Contour points per view, px of the shrunken photographs.
-    pub contours: Vec<Vec<(f64, f64)>>,
+    /// The contours in the photographs.
+    pub edges: Vec<Edge>,
     /// Median distance of contour points from the silhouette, px of the photographs.
     pub median_px: f64,
     /// Whether every step's loss stood still before its rounds ran out.
@@ -147,7 +148,9 @@ pub fn chamfer(
     }
     let tank_from_sfm = candidate(&x);
     let mut apart: Vec<f64> = distances(&tank_from_sfm, 1).concat();
-    Ok(Chamfered { tank_from_sfm, contours, median_px: median(&mut apart) * params.shrink as f64, converged })
+    let views = tank_from_sfm.views(model);
+    let edges = (0..views.len()).flat_map(|k| rims.edges(&views[k], k, &contours[k], params.shrink)).collect();
+    Ok(Chamfered { tank_from_sfm, edges, median_px: median(&mut apart) * params.shrink as f64, converged })
 }
 
 impl ChamferParams {
@@ -206,9 +209,14 @@ impl Rims {
 
     /// Distance of every contour point from the silhouette, px; far where there is none.
     fn distances(&self, view: &View, contour: &[(f64, f64)], shrink: usize) -> Vec<f64> {
+        self.misses(view, contour, shrink).iter().map(Vector2::norm).collect()
+    }
+
+    /// The way from every contour point to the silhouette, px; long where there is none.
+    fn misses(&self, view: &View, contour: &[(f64, f64)], shrink: usize) -> Vec<Vector2<f64>> {
         let corners = self.silhouette(view, shrink);
         if corners.len() < 3 {
-            return vec![1e3; contour.len()];
+            return vec![Vector2::new(1e3, 0.0); contour.len()];
         }
         let n = corners.len();
         let edges: Vec<_> = (0..n)
@@ -217,15 +225,30 @@ impl Rims {
                 (corners[k], along, 1.0 / along.norm_squared().max(1e-12))
             })
             .collect();
-        let distance = |&(u, v): &(f64, f64)| {
+        let miss = |&(u, v): &(f64, f64)| {
             let p = Vector2::new(u, v);
-            let squared = |(a, along, inverse): &(Vector2<f64>, Vector2<f64>, f64)| {
+            let way = |(a, along, inverse): &(Vector2<f64>, Vector2<f64>, f64)| {
                 let d = p - a;
-                (d - along * (d.dot(along) * inverse).clamp(0.0, 1.0)).norm_squared()
+                along * (d.dot(along) * inverse).clamp(0.0, 1.0) - d
             };
-            edges.iter().map(squared).fold(f64::INFINITY, f64::min).sqrt()
+            let ways = edges.iter().map(way);
+            ways.min_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared())).unwrap_or_default()
         };
-        contour.iter().map(distance).collect()
+        contour.iter().map(miss).collect()
+    }
+
+    /// The contour in the photograph as taken, with its misses.
+    fn edges(&self, view: &View, index: usize, contour: &[(f64, f64)], shrink: usize) -> Vec<Edge> {
+        let lens = &view.lens;
+        let taken = |x: f64, y: f64| {
+            let full = |p: f64, centre: f64| ((p + 0.5) * shrink as f64 - 0.5 - centre) / lens.focal_px;
+            lens.pixel(full(x, lens.cx), full(y, lens.cy))
+        };
+        let edge = |(&(x, y), miss): (&(f64, f64), Vector2<f64>)| {
+            let (from, to) = (taken(x, y), taken(x + miss.x, y + miss.y));
+            Edge { view: index, u: from.0, v: from.1, miss_px: [to.0 - from.0, to.1 - from.1] }
+        };
+        contour.iter().zip(self.misses(view, contour, shrink)).map(edge).collect()
     }
 }
 

@@ -1,17 +1,17 @@
 //! Where the photographs show the edges of the tank's rings (rim, floor, belt edges), to a fraction of a
 //! pixel.
 //!
-//! Along each ring that outlines the tank in a view, profiles are taken across the predicted edge every
-//! `spacing_px` and gathered in `bins` stretches. Inside lies print, dark here and light there, so that no
-//! single profile tells the edge; a stretch does: with B_c the mean of profile c right outside,
-//! `V(s) = mean_c (I_c(s) - B_c)²` rises from V₀ (noise, outside) to V₁ (print, inside) as
-//! `V₀ + α² (V₁ - V₀)` where a part α of the light (linear, not sRGB code) comes from inside, and the edge is where α = 1/2. The
-//! place is found twice: with levels from the profile's ends, then with levels from 1.5 to 4 px on either
-//! side of the first place. Stretches whose step is lost in the noise, or that leave the picture, are
-//! skipped.
+//! Along each ring, profiles are taken across the predicted edge every `spacing_px` and gathered in `bins` stretches.
+//! Inside lies print, dark here and light there, so that no single profile tells the edge; a stretch does: the variance
+//! over its profiles, `V(s) = var_c I_c(s)`, rises from V₀ (noise, room or table, outside) to V₁ (print, inside) as
+//! `V₀ + α² (V₁ - V₀)` where a part α of the light (linear, not sRGB code) comes from inside, and the edge is where
+//! α = 1/2. A mere step of brightness, such as the table's edge, is none. The place is found twice: with levels from the
+//! profile's ends, then with levels from 1.5 to 4 px on either side of the first place. Stretches whose step is lost in
+//! the noise, or that leave the picture, are skipped.
 //!
-//! Which part of a ring outlines the tank: the near half where the camera stands inside of the ring's
-//! plane, the far half where it looks over it; a belt's inner edge shows its near half only.
+//! Always the near half of a ring is looked at, where the print on the outer wall ends. To a camera that looks over the
+//! rim (or up at the floor) the far half outlines the tank, but there the print is seen from behind, through walls that
+//! bend the light, or not at all.
 
 use super::adjust::{OutlinePoint, Ring};
 use crate::math::robust::median;
@@ -33,7 +33,7 @@ pub struct OutlineParams {
     pub fine_reach_mm: f64,
     /// Stretches per ring and view, 1..50.
     pub bins: usize,
-    /// A step counts where √V rises by at least this (linear light, 0..1), and to at least thrice what it is
+    /// A step counts where √V rises by at least this (linear light, 0..1), and to at least twice what it is
     /// outside; 0.02 is white print at a tenth of full exposure.
     pub min_contrast: f64,
     /// Part of the half ring, to either side of its middle, that is used, 0..1: towards the ends it
@@ -67,14 +67,11 @@ pub fn measure(
     }
     let toward = centre.y.atan2(centre.x);
     let half = (ring.radius_mm / distance).acos();
-    let near = ring.near_only || (centre.z - ring.z_mm) * ring.outward < 0.0;
-    let (middle, reach) =
-        if near { (toward, half) } else { (toward + std::f64::consts::PI, std::f64::consts::PI - half) };
-    let (low, high) = (middle - params.arc * reach, middle + params.arc * reach);
+    let (low, high) = (toward - params.arc * half, toward + params.arc * half);
 
     let mut columns: Vec<Column> = Vec::new();
     let mut azimuth = low;
-    let middle_mm = Vec3::new(ring.radius_mm * middle.cos(), ring.radius_mm * middle.sin(), ring.z_mm);
+    let middle_mm = Vec3::new(ring.radius_mm * toward.cos(), ring.radius_mm * toward.sin(), ring.z_mm);
     let (Some(a), Some(b)) = (pixel(view, &middle_mm), pixel(view, &(middle_mm + Vec3::z()))) else {
         return Vec::new();
     };
@@ -197,18 +194,16 @@ fn edge(stretch: &[Column], outer_px: f64, params: &OutlineParams) -> Option<f64
 fn crossing(stretch: &[Column], outside: Range<usize>, inside: Range<usize>, params: &OutlineParams) -> Option<f64> {
     let n = stretch[0].values.len();
     let mut power = vec![0.0; n];
-    for c in stretch {
-        let base = c.values[outside.clone()].iter().sum::<f64>() / outside.len() as f64;
-        for (v, x) in power.iter_mut().zip(&c.values) {
-            *v += (x - base).powi(2) / stretch.len() as f64;
-        }
+    for (k, power) in power.iter_mut().enumerate() {
+        let mean = stretch.iter().map(|c| c.values[k]).sum::<f64>() / stretch.len() as f64;
+        *power = stretch.iter().map(|c| (c.values[k] - mean).powi(2)).sum::<f64>() / stretch.len() as f64;
     }
     let low = median(&mut power[outside.clone()].to_vec());
     // The upper quartile: the print may end within the profile.
     let mut within = power[inside].to_vec();
     within.sort_by(f64::total_cmp);
     let high = within[3 * within.len() / 4];
-    if high.sqrt() < low.sqrt() + params.min_contrast || high < 9.0 * low {
+    if high.sqrt() < low.sqrt() + params.min_contrast || high < 4.0 * low {
         return None;
     }
     let half = low + 0.25 * (high - low);

@@ -6,23 +6,41 @@
 //! 3. Adjustment with the tracks of structure from motion.
 //! 4. Rounds of: belt points located anew by [`patches`], rings by [`outline`], adjustment.
 //! 5. The first camera is turned to azimuth 0.
+//!
+//! The paper's way, [`chamfer`], takes the place of 3 and 4 where `method` says so: lens and relative poses then stay as
+//! structure from motion gave them.
 
-use super::adjust::{self, AdjustParams, Adjusted, Network, Ring, Uncertainty};
+use super::adjust::{self, AdjustParams, Adjusted, Network, Ring};
+use super::chamfer::{ChamferParams, chamfer};
+use super::height::{check_height, lay_height};
 use super::outline::{self, OutlineParams};
 use super::patches::{self, PatchParams};
+use super::quality::{Adjustment, Quality, warn};
 use super::similarity::{Similarity, first_view_to_azimuth_zero, turn_about_z};
 use super::sparse::SparseModel;
-use super::start::start;
+use super::start::{Start, start};
 use crate::error::{Error, Result};
-use crate::math::robust::median;
 use crate::optics::{Tank, Vec3, View};
-use ndarray::ArrayView2;
+use ndarray::{Array3, ArrayView2};
 use serde::{Deserialize, Serialize};
+
+/// By what cameras and tank are brought together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Joint least-squares adjustment of cameras, lens and belt points.
+    #[default]
+    Adjust,
+    /// The tank's silhouettes alone, by chamfer matching.  Paper 2.2.3.
+    Chamfer,
+}
 
 /// How cameras and tank are brought together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RegisterParams {
+    /// `adjust` or `chamfer`.
+    pub method: Method,
     /// Thickness of the printed belts on the tank's outer wall, mm; office paper of 80 g/m² has 0.1.
     pub print_thickness_mm: f64,
     /// Rounds of locating belt points and rings anew, 1..10; the second moves pixels by some 0.01.
@@ -35,19 +53,36 @@ pub struct RegisterParams {
     pub patches: PatchParams,
     /// Rings.
     pub outline: OutlineParams,
+    /// Silhouettes, read with method `chamfer`.
+    pub chamfer: ChamferParams,
 }
 
 impl Default for RegisterParams {
     fn default() -> Self {
         Self {
+            method: Method::Adjust,
             print_thickness_mm: 0.1,
             rounds: 2,
             match_patches: true,
             adjust: AdjustParams::default(),
             patches: PatchParams::default(),
             outline: OutlineParams::default(),
+            chamfer: ChamferParams::default(),
         }
     }
+}
+
+/// A place where a photograph shows the tank's edge.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Edge {
+    /// Index of the view.
+    pub view: usize,
+    /// Column in the photograph, px.
+    pub u: f64,
+    /// Row in the photograph, px.
+    pub v: f64,
+    /// From the seen edge to where the registration puts it, px.
+    pub miss_px: [f64; 2],
 }
 
 /// Cameras in the tank frame with what a person wants to know about them.
@@ -57,76 +92,129 @@ pub struct Registration {
     pub views: Vec<View>,
     /// Belt points, mm.
     pub belt_points_mm: Vec<Vec3>,
+    /// Edges of the tank as seen.
+    pub edges: Vec<Edge>,
     /// The numbers beside them.
     pub quality: Quality,
     /// What the user should know.
     pub warnings: Vec<String>,
 }
 
-/// How well the photographs bear the registration out.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Quality {
-    /// Reprojection of structure from motion, root mean square px.
-    pub sfm_rms_px: f64,
-    /// Belt points and their sightings.
-    pub belt_points: usize,
-    /// Sightings of belt points.
-    pub sightings: usize,
-    /// Robust standard deviation of a sighting seen from the front, per coordinate, px.
-    pub belt_sigma_px: f64,
-    /// Root mean square of all sightings' residuals, px.
-    pub belt_rms_px: f64,
-    /// Robust standard deviation of the rings' edges, px; 0 without any.
-    pub outline_sigma_px: f64,
-    /// By how much the printed surface's radius exceeds the tank's and the print's together, mm.
-    pub thicker_mm: f64,
-    /// Common shift of each ring's edge against the adjusted tank, px, with the ring's name.
-    pub edge_offsets_px: Vec<(String, f64)>,
-    /// Height of the tank by the photographs, given its radius, mm; `None` where rim or floor is not seen.
-    pub seen_height_mm: Option<f64>,
-    /// Median residual of each view's belt points, px.
-    pub view_residuals_px: Vec<f64>,
-    /// Standard deviations.
-    pub uncertainty: Uncertainty,
-}
-
-/// Registers the views of `model` in the tank frame. `photos` are gray (0..255), one per view of the model.
+/// Registers the views of `model` in the tank frame. `photos` are gray (0..255), one per view of the model; `shrunken`
+/// are read with method `chamfer` alone ([`super::chamfer::shrunken`]); `focal_prior_px` is what the camera wrote into its
+/// photographs.
 ///
 /// # Errors
 /// Where the views give no axis, the points no cylinder, or too little is seen to hold the cameras.
 pub fn register(
     model: &SparseModel,
     photos: &[ArrayView2<u8>],
+    shrunken: &[Array3<u8>],
     tank: &Tank,
-    focal_prior_px: Option<(f64, f64)>,
+    focal_prior_px: Option<f64>,
     params: &RegisterParams,
 ) -> Result<Registration> {
+    params.check()?;
     if photos.len() != model.views.len() {
         let (p, v) = (photos.len(), model.views.len());
         return Err(Error::failed(format!("{p} photographs do not go with the {v} views of the sparse model")));
     }
     let mut warnings = Vec::new();
     let belt_radius_mm = tank.radius_mm + params.print_thickness_mm;
-    let begun = start(model, tank, belt_radius_mm)?;
+    let mut begun = start(model, tank, belt_radius_mm)?;
     let ends = [ring("rim", 0.0, -1.0, belt_radius_mm), ring("floor", tank.height_mm, 1.0, belt_radius_mm)];
-    let (tank_from_sfm, seen_height_mm) = lay_height(model, photos, tank, &ends, begun.tank_from_sfm, params);
+    let seen_height_mm;
+    (begun.tank_from_sfm, seen_height_mm) =
+        lay_height(model, photos, tank, &ends, begun.tank_from_sfm, &params.outline);
     check_height(tank, seen_height_mm, begun.extent_mm, &mut warnings);
-
-    let mut rings = ends.to_vec();
-    for belt in &tank.belts_mm {
-        // The edges that face the water; the others coincide with rim and floor or lie in air.
-        let upper = belt[0] + belt[1] < tank.height_mm;
-        let (z, outward) = if upper { (belt[1], 1.0) } else { (belt[0], -1.0) };
-        rings.push(Ring { near_only: true, ..ring("belt edge", z, outward, belt_radius_mm) });
-    }
-    let mut network = Network {
-        belt_radius_mm,
-        tracks: begun.on_belts.iter().map(|&k| model.points[k].seen.clone()).collect(),
-        redundancy: 1.0,
-        rings,
-        outline: Vec::new(),
-        focal_prior_px,
+    let quality = Quality {
+        sfm_rms_px: model.reprojection_rms_px().unwrap_or(0.0),
+        seen_height_mm,
+        adjustment: None,
+        contour_median_px: None,
     };
+    let registration =
+        Registration { views: Vec::new(), belt_points_mm: Vec::new(), edges: Vec::new(), quality, warnings };
+    let mut registration = match params.method {
+        Method::Chamfer => silhouettes(registration, model, shrunken, tank, &begun, params)?,
+        Method::Adjust => {
+            let mut rings = ends.to_vec();
+            for belt in &tank.belts_mm {
+                // The edges that face the water; the others coincide with rim and floor or lie in air.
+                let upper = belt[0] + belt[1] < tank.height_mm;
+                let (z, outward) = if upper { (belt[1], 1.0) } else { (belt[0], -1.0) };
+                rings.push(ring("belt edge", z, outward, belt_radius_mm));
+            }
+            let network = Network {
+                belt_radius_mm,
+                tracks: begun.on_belts.iter().map(|&k| model.points[k].seen.clone()).collect(),
+                redundancy: 1.0,
+                rings,
+                outline: Vec::new(),
+                focal_prior_px: focal_prior_px
+                    .filter(|_| params.adjust.focal_sigma > 0.0)
+                    .map(|f| (f, params.adjust.focal_sigma * f)),
+            };
+            together(registration, network, model, photos, &begun, params)?
+        }
+    };
+    let turn = turn_about_z(first_view_to_azimuth_zero(&mut registration.views));
+    registration.belt_points_mm.iter_mut().for_each(|x| *x = turn * *x);
+    Ok(registration)
+}
+
+impl RegisterParams {
+    fn check(&self) -> Result<()> {
+        if !(1..=10).contains(&self.rounds) {
+            return Err(Error::usage(format!("pose.rounds is {}", self.rounds)).help("give 1 to 10"));
+        }
+        if !(0.0..=5.0).contains(&self.print_thickness_mm) {
+            return Err(
+                Error::usage(format!("pose.print_thickness_mm is {}", self.print_thickness_mm)).help("give 0 to 5 mm")
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The paper's way: silhouettes.
+fn silhouettes(
+    mut registration: Registration,
+    model: &SparseModel,
+    shrunken: &[Array3<u8>],
+    tank: &Tank,
+    begun: &Start,
+    params: &RegisterParams,
+) -> Result<Registration> {
+    let radius_mm = tank.radius_mm + params.print_thickness_mm;
+    let found = chamfer(model, shrunken, tank, radius_mm, &begun.tank_from_sfm, &params.chamfer)?;
+    if !found.converged {
+        registration.warnings.push("the silhouettes' loss did not stand still within pose.chamfer.rounds".into());
+    }
+    if found.median_px > 4.0 {
+        registration.warnings.push(format!(
+            "half of the tank regions' contours lie over {:.1} px off the tank: look at the outlines in the results",
+            found.median_px
+        ));
+    }
+    registration.quality.contour_median_px = Some(found.median_px);
+    registration.views = found.tank_from_sfm.views(model);
+    let on_belts = begun.on_belts.iter();
+    registration.belt_points_mm = on_belts.map(|&k| found.tank_from_sfm.point(&model.points[k].position)).collect();
+    registration.edges = found.edges;
+    Ok(registration)
+}
+
+/// Rounds of adjustment.
+fn together(
+    mut registration: Registration,
+    mut network: Network,
+    model: &SparseModel,
+    photos: &[ArrayView2<u8>],
+    begun: &Start,
+    params: &RegisterParams,
+) -> Result<Registration> {
+    let tank_from_sfm: &Similarity = &begun.tank_from_sfm;
     let mut now = adjust::Start {
         views: tank_from_sfm.views(model),
         points_mm: begun.on_belts.iter().map(|&k| tank_from_sfm.point(&model.points[k].position)).collect(),
@@ -134,40 +222,52 @@ pub fn register(
     see_rings(&mut network, photos, &now.views, params.outline.reach_mm, &params.outline);
     let mut adjusted = adjust::adjust(&network, &now, &params.adjust)?;
     let chosen = patches::choose(&network.tracks, &adjusted.views, &adjusted.points_mm, &params.patches);
-    let features = network.tracks.clone();
-    for _ in 0..params.rounds {
+    for round in 0..params.rounds {
         now = adjust::Start { views: adjusted.views, points_mm: adjusted.points_mm };
         if params.match_patches {
-            if network.tracks.len() == features.len() {
+            if round == 0 {
                 now.points_mm = chosen.iter().map(|&k| now.points_mm[k]).collect();
             }
-            let tracks = patches::relocate(photos, &now.views, &now.points_mm, &params.patches);
-            let found = tracks.iter().filter(|t| t.len() >= 3).count();
-            if found < 50 || 4 * found < now.points_mm.len() {
-                return Err(Error::failed(format!(
-                    "only {found} of {} belt points look alike in the photographs that should show them",
-                    now.points_mm.len()
-                ))
-                .help("photographs must be sharp and evenly exposed; pose.match_patches = false does without"));
-            }
-            let (tracks, points) =
-                tracks.into_iter().zip(&now.points_mm).filter(|(t, _)| t.len() >= 3).map(|(t, &x)| (t, x)).unzip();
-            (network.tracks, now.points_mm) = (tracks, points);
-            network.redundancy = patches::REDUNDANCY;
+            locate(&mut network, &mut now, photos, &params.patches)?;
         }
         see_rings(&mut network, photos, &now.views, params.outline.fine_reach_mm, &params.outline);
         adjusted = adjust::adjust(&network, &now, &params.adjust)?;
     }
-    let quality = quality(model, &network, &adjusted, seen_height_mm);
-    warn(&network, &quality, photos.len(), &mut warnings);
-    let mut views = adjusted.views;
-    let turn = turn_about_z(first_view_to_azimuth_zero(&mut views));
-    let belt_points_mm = adjusted.points_mm.iter().map(|x| turn * x).collect();
-    Ok(Registration { views, belt_points_mm, quality, warnings })
+    let adjustment = Adjustment::of(&network, &adjusted);
+    warn(&network, &adjustment, photos.len(), &mut registration.warnings);
+    let Adjusted { views, points_mm, misses_px, .. } = adjusted;
+    let edge = |(o, miss): (&adjust::OutlinePoint, &[f64; 2])| Edge { view: o.view, u: o.u, v: o.v, miss_px: *miss };
+    registration.edges = network.outline.iter().zip(&misses_px).map(edge).collect();
+    registration.quality.adjustment = Some(adjustment);
+    registration.views = views;
+    registration.belt_points_mm = points_mm;
+    Ok(registration)
+}
+
+/// Locates the belt points anew by their patches; those that are not found again go.
+fn locate(
+    network: &mut Network,
+    now: &mut adjust::Start,
+    photos: &[ArrayView2<u8>],
+    params: &PatchParams,
+) -> Result<()> {
+    let tracks = patches::relocate(photos, &now.views, &now.points_mm, params);
+    let found = tracks.iter().filter(|t| t.len() >= 3).count();
+    if found < 50 || 4 * found < now.points_mm.len() {
+        return Err(Error::failed(format!(
+            "only {found} of {} belt points look alike in the photographs that should show them",
+            now.points_mm.len()
+        ))
+        .help("photographs must be sharp and evenly exposed; pose.match_patches = false does without"));
+    }
+    (network.tracks, now.points_mm) =
+        tracks.into_iter().zip(&now.points_mm).filter(|(t, _)| t.len() >= 3).map(|(t, &x)| (t, x)).unzip();
+    network.redundancy = patches::REDUNDANCY;
+    Ok(())
 }
 
 fn ring(name: &str, z_mm: f64, outward: f64, radius_mm: f64) -> Ring {
-    Ring { name: name.to_owned(), z_mm, radius_mm, outward, near_only: false }
+    Ring { name: name.to_owned(), z_mm, radius_mm, outward }
 }
 
 fn see_rings(network: &mut Network, photos: &[ArrayView2<u8>], views: &[View], reach_mm: f64, params: &OutlineParams) {
@@ -176,116 +276,5 @@ fn see_rings(network: &mut Network, photos: &[ArrayView2<u8>], views: &[View], r
         for (r, ring) in network.rings.iter().enumerate() {
             network.outline.extend(outline::measure(photo.view(), view, k, ring, r, reach_mm, params));
         }
-    }
-}
-
-/// Part of the tank's height within which rim and floor are looked for first.
-const WIDE: f64 = 0.08;
-
-/// Moves the start along the axis so that the middle of rim and floor, as seen, lies at half the tank's
-/// height; also the distance between them, mm.
-fn lay_height(
-    model: &SparseModel,
-    photos: &[ArrayView2<u8>],
-    tank: &Tank,
-    ends: &[Ring; 2],
-    start: Similarity,
-    params: &RegisterParams,
-) -> (Similarity, Option<f64>) {
-    let mut start = start;
-    let mut seen_height = None;
-    // Twice: the second look is taken from the right height.
-    for _ in 0..2 {
-        let views = start.views(model);
-        let seen = |ring: &Ring| {
-            let mut heights: Vec<f64> = Vec::new();
-            for (k, (photo, view)) in photos.iter().zip(&views).enumerate() {
-                let points = outline::measure(photo.view(), view, k, ring, 0, WIDE * tank.height_mm, &params.outline);
-                heights.extend(points.iter().filter_map(|p| outline::height_mm(view, ring, p)));
-            }
-            (heights.len() >= photos.len()).then(|| median(&mut heights))
-        };
-        let (rim, floor) = (seen(&ends[0]), seen(&ends[1]));
-        start.translation_mm.z -= match (rim, floor) {
-            (Some(rim), Some(floor)) => {
-                seen_height = Some(floor - rim);
-                0.5 * (rim + floor - tank.height_mm)
-            }
-            (Some(rim), None) => rim,
-            (None, Some(floor)) => floor - tank.height_mm,
-            (None, None) => return (start, None),
-        };
-    }
-    (start, seen_height)
-}
-
-fn check_height(tank: &Tank, seen_mm: Option<f64>, extent_mm: [f64; 2], warnings: &mut Vec<String>) {
-    let extent = extent_mm[1] - extent_mm[0];
-    if let Some(seen) = seen_mm.filter(|s| (s / tank.height_mm - 1.0).abs() > 0.015) {
-        warnings.push(format!(
-            "with a radius of {} mm the photographs show rim and floor {seen:.1} mm apart, but tank.height is {} mm: \
-             one of the two is wrong, and all lengths of the result with it",
-            tank.radius_mm, tank.height_mm
-        ));
-    } else if extent > 1.03 * tank.height_mm {
-        warnings.push(format!(
-            "with a radius of {} mm the belts' points reach over {extent:.1} mm, more than tank.height ({} mm): \
-             one of the two is wrong, and all lengths of the result with it",
-            tank.radius_mm, tank.height_mm
-        ));
-    }
-}
-
-fn quality(model: &SparseModel, network: &Network, adjusted: &Adjusted, seen_height_mm: Option<f64>) -> Quality {
-    Quality {
-        sfm_rms_px: model.reprojection_rms_px().unwrap_or(0.0),
-        belt_points: network.tracks.len(),
-        sightings: network.tracks.iter().map(Vec::len).sum(),
-        belt_sigma_px: adjusted.belt_sigma_px,
-        belt_rms_px: adjusted.belt_rms_px,
-        outline_sigma_px: if network.outline.is_empty() { 0.0 } else { adjusted.outline_sigma_px },
-        thicker_mm: adjusted.thicker_mm,
-        edge_offsets_px: network.rings.iter().map(|r| r.name.clone()).zip(adjusted.edge_offsets_px.clone()).collect(),
-        seen_height_mm,
-        view_residuals_px: adjusted.view_residuals_px.clone(),
-        uncertainty: adjusted.uncertainty.clone(),
-    }
-}
-
-fn warn(network: &Network, quality: &Quality, photos: usize, warnings: &mut Vec<String>) {
-    for (k, ring) in network.rings.iter().enumerate() {
-        let seen = network.outline.iter().filter(|o| o.ring == k).count();
-        if seen < photos {
-            warnings.push(format!("the {} was seen at {seen} places in {photos} photographs only", ring.name));
-        }
-    }
-    if !network.rings.iter().enumerate().any(|(k, _)| network.outline.iter().filter(|o| o.ring == k).count() >= photos)
-    {
-        warnings.push(
-            "neither rim nor floor is seen: the cameras' height against the tank rests on the middle of the belts"
-                .into(),
-        );
-    }
-    for (name, offset) in &quality.edge_offsets_px {
-        if offset.abs() > 0.5 {
-            warnings.push(format!(
-                "the {name} is seen {:.1} px {} of where the tank's size puts it: check tank.radius, tank.height and the belts' thickness",
-                offset.abs(),
-                if *offset > 0.0 { "outwards" } else { "inwards" }
-            ));
-        }
-    }
-    if quality.belt_rms_px > 1.0 {
-        warnings.push(format!("belt points miss their places by {:.2} px (root mean square)", quality.belt_rms_px));
-    }
-    let typical = median(&mut quality.view_residuals_px.clone());
-    for (k, r) in quality.view_residuals_px.iter().enumerate().filter(|(_, r)| **r > (5.0 * typical).max(0.2)) {
-        warnings.push(format!("view {k} misses its belt points by {r:.2} px, the others by {typical:.2} px"));
-    }
-    if quality.uncertainty.wall_px > 0.5 {
-        warnings.push(format!(
-            "points on the tank's wall are uncertain by {:.2} px: more views or belts at both ends would help",
-            quality.uncertainty.wall_px
-        ));
     }
 }

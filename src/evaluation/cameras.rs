@@ -8,7 +8,7 @@
 //! centres nearest, and the differences are pixels through the refraction, each set with its own lens and tank.
 
 use crate::error::{Error, Result};
-use crate::optics::{Mat3, Tank, Vec3, View, ViewMap};
+use crate::optics::{Lens, Mat3, Tank, Vec3, View, ViewMap};
 use serde::{Deserialize, Serialize};
 
 /// Errors of a camera set.
@@ -28,6 +28,12 @@ pub struct CameraErrors {
     pub scale: f64,
     /// Found over true focal length, less 1.
     pub focal: f64,
+    /// Found less true principal point, px.
+    pub principal_point_px: [f64; 2],
+    /// Found less true k1, k2, p1, p2, k3.
+    pub distortion: [f64; 5],
+    /// Found less true angle of the cameras' optical axes against the tank's, degrees (mean over the views).
+    pub pitch_deg: f64,
     /// Rms distance of the camera centres after the turn alone, mm.
     pub centre_rms_mm: f64,
     /// Rms distance of the pixels of water points after the turn alone, px.
@@ -63,6 +69,9 @@ pub fn camera_errors(pairs: &[(View, View)], true_tank: &Tank, found_tank: &Tank
     let offset = middle - axis * ((middle.z - 0.5 * true_tank.height_mm) / axis.z);
     let mut apart = water_differences(pairs, true_tank, found_tank, turn)?;
     apart.sort_by(f64::total_cmp);
+    let mean = |of: &dyn Fn(&Lens) -> f64| pairs.iter().map(|(t, f)| of(&f.lens) - of(&t.lens)).sum::<f64>() / n;
+    // The optical axis is the third row of cam_from_tank, the tank's axis its third column.
+    let pitch = |view: &View| view.rotation[(2, 2)].clamp(-1.0, 1.0).asin();
     let p95 = apart[((apart.len() as f64 * 0.95) as usize).min(apart.len() - 1)];
     Ok(CameraErrors {
         views: pairs.len(),
@@ -72,6 +81,15 @@ pub fn camera_errors(pairs: &[(View, View)], true_tank: &Tank, found_tank: &Tank
         height_mm: origin.z,
         scale: scale - 1.0,
         focal: pairs.iter().map(|(t, f)| f.lens.focal_px / t.lens.focal_px).sum::<f64>() / n - 1.0,
+        principal_point_px: [mean(&|l| l.cx), mean(&|l| l.cy)],
+        distortion: [
+            mean(&|l| l.distortion.k1),
+            mean(&|l| l.distortion.k2),
+            mean(&|l| l.distortion.p1),
+            mean(&|l| l.distortion.p2),
+            mean(&|l| l.distortion.k3),
+        ],
+        pitch_deg: (pairs.iter().map(|(t, f)| pitch(f) - pitch(t)).sum::<f64>() / n).to_degrees(),
         centre_rms_mm,
         water_rms_px: (apart.iter().map(|d| d * d).sum::<f64>() / apart.len() as f64).sqrt(),
         water_p95_px: p95,

@@ -1,10 +1,12 @@
 //! Files of the outside world, one file each. Text and bytes in, values out: nobody here opens a file.
 
 pub mod belt_svg;
+pub mod camera_file;
 pub mod cameras_json;
 pub mod colmap;
 pub mod gltf;
 pub mod json;
+pub mod metashape;
 pub mod ome_zarr;
 pub mod photograph;
 pub mod picture;

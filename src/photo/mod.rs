@@ -3,12 +3,14 @@
 pub mod colour;
 pub mod contrast;
 pub mod decode;
+pub mod focal;
 pub mod graph_cut;
 pub mod gray;
 pub mod pyramid;
 pub mod undistort;
 
 pub use decode::decode;
+pub use focal::focal_px;
 pub use gray::gray;
 pub use pyramid::Pyramid;
 pub use undistort::undistort;

@@ -1,4 +1,5 @@
-//! A contact sheet: the roots of every point of a sweep from the side, with its values and its score.  Paper, figure 6.
+//! A contact sheet: the roots of every point of a sweep from the side, with its values and its score; below, where a
+//! slice is asked for, its pictures with the roots in it as red dots.  Paper, figures 6, 8, 9.
 //!
 //! A self-contained SVG: pictures are embedded PNGs, texts are texts. A picture is the greatest rootness along y:
 //! brightness is 0.35 + 0.65 sqrt(rootness / the sheet's greatest), so that sheets of one sweep compare by eye.
@@ -23,6 +24,18 @@ pub struct Panel {
     pub depth_mm: f64,
     /// Edge of a voxel, mm.
     pub spacing_mm: f64,
+    /// A horizontal slice, where there is one.
+    pub slice: Option<Slice>,
+}
+
+/// A horizontal slice of a point's volumes.
+pub struct Slice {
+    /// Square pictures as PNG, each with what it shows.
+    pub pictures: Vec<(String, Vec<u8>)>,
+    /// Roots in the slice: x, y, mm, tank frame; drawn on the first picture.
+    pub roots: Vec<[f32; 2]>,
+    /// x and y go from this to its opposite, mm.
+    pub half_mm: f64,
 }
 
 /// Width of a panel, px.
@@ -46,7 +59,8 @@ pub fn sheet(title: &str, panels: &[Panel], columns: usize) -> Result<String> {
     let columns = columns.clamp(1, panels.len().max(1));
     let text_px = LINE * panels.iter().map(|p| p.lines.len()).max().unwrap_or(0) as f64 + 6.0;
     let aspect = panels.iter().map(|p| p.depth_mm / (2.0 * p.radius_mm)).fold(0.0, f64::max);
-    let (step_x, step_y) = (WIDTH + GAP, text_px + WIDTH * aspect + GAP);
+    let slices = panels.iter().filter_map(|p| p.slice.as_ref()).map(|s| s.pictures.len()).max().unwrap_or(0);
+    let (step_x, step_y) = (WIDTH + GAP, text_px + WIDTH * aspect + (WIDTH + LINE + 4.0) * slices as f64 + GAP);
     let (width, height) = (GAP + step_x * columns as f64, 40.0 + GAP + step_y * panels.len().div_ceil(columns) as f64);
     let all = panels.iter().filter_map(|p| p.roots.as_ref().ok()).flatten();
     let greatest = all.map(|(_, rootness)| *rootness).fold(f32::MIN_POSITIVE, f32::max);
@@ -69,6 +83,9 @@ pub fn sheet(title: &str, panels: &[Panel], columns: usize) -> Result<String> {
             Ok(roots) => {
                 let png = picture::png(side_view(panel, roots, greatest).view())?;
                 let _ = writeln!(svg, "<image {place} href=\"data:image/png;base64,{}\"/>", base64(&png));
+                if let Some(slice) = &panel.slice {
+                    slice.draw(&mut svg, x, y + text_px + WIDTH * aspect);
+                }
             }
             Err(why) => {
                 let _ = writeln!(svg, "<rect {place} fill=\"#fff4d6\"/>");
@@ -81,6 +98,30 @@ pub fn sheet(title: &str, panels: &[Panel], columns: usize) -> Result<String> {
         }
     }
     Ok(svg + "</svg>\n")
+}
+
+impl Slice {
+    /// Its pictures one below the other from (x, y) on, px.
+    fn draw(&self, svg: &mut String, x: f64, y: f64) {
+        let half = self.half_mm;
+        for (n, (title, png)) in self.pictures.iter().enumerate() {
+            let top = y + (WIDTH + LINE + 4.0) * n as f64;
+            let (title, baseline, top, side) = (escape(title), top + LINE, top + LINE + 4.0, 2.0 * half);
+            let place = format!("x=\"{x:.0}\" y=\"{top:.0}\" width=\"{WIDTH:.0}\" height=\"{WIDTH:.0}\"");
+            let area = format!("x=\"{0:.2}\" y=\"{0:.2}\" width=\"{side:.2}\" height=\"{side:.2}\"", -half);
+            let _ = writeln!(
+                svg,
+                "<text x=\"{x:.0}\" y=\"{baseline:.0}\">{title}</text><svg {place} viewBox=\"{0:.2} {0:.2} {side:.2} \
+                 {side:.2}\"><image {area} href=\"data:image/png;base64,{1}\"/>",
+                -half,
+                base64(png)
+            );
+            for [x, y] in self.roots.iter().filter(|_| n == 0) {
+                let _ = write!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{:.2}\" fill=\"red\"/>", half / 90.0);
+            }
+            svg.push_str("</svg>\n");
+        }
+    }
 }
 
 /// The voxels seen along y: x to the right, z down.
@@ -152,7 +193,7 @@ mod tests {
 
     fn panel(roots: std::result::Result<Voxels, String>) -> Panel {
         let lines = vec!["point 1".into(), "a < b".into()];
-        Panel { lines, roots, radius_mm: 10.0, depth_mm: 30.0, spacing_mm: 1.0 }
+        Panel { lines, roots, radius_mm: 10.0, depth_mm: 30.0, spacing_mm: 1.0, slice: None }
     }
 
     #[test]
@@ -177,5 +218,16 @@ mod tests {
     fn failed_points_have_their_place_on_the_sheet() {
         let svg = sheet("s", &[panel(Ok(vec![([0.0; 3], 0.5)])), panel(Err("no camera".into()))], 2).unwrap();
         assert!(svg.contains("data:image/png;base64,iVBOR") && svg.contains("no camera") && svg.contains("a &lt; b"));
+    }
+
+    #[test]
+    fn roots_of_a_slice_are_dots_on_its_first_picture() {
+        let pictures = vec![("merged".into(), vec![1]), ("coverage".into(), vec![2])];
+        let slice = Slice { pictures, roots: vec![[1.0, -2.0], [3.0, 4.0]], half_mm: 10.5 };
+        let svg = sheet("s", &[Panel { slice: Some(slice), ..panel(Ok(Vec::new())) }], 1).unwrap();
+        let (merged, coverage) = (svg.find(">merged<").unwrap(), svg.find(">coverage<").unwrap());
+        assert_eq!(svg[merged..coverage].matches("<circle").count(), 2);
+        assert_eq!(svg[coverage..].matches("<circle").count(), 0);
+        assert!(svg.contains("viewBox=\"-10.50 -10.50 21.00 21.00\""));
     }
 }

@@ -3,6 +3,8 @@
 pub mod contact;
 pub mod curves;
 pub mod hits;
+pub mod outline;
 pub mod overlay;
 pub mod page;
 pub mod palette;
+pub mod ring;

@@ -4,7 +4,7 @@
 //! marks are discs with a soft edge that leave the root beneath them visible.
 
 use crate::optics::{Tank, Vec3, View, trace};
-use ndarray::{Array3, ArrayView3, Axis};
+use ndarray::{Array3, Axis};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -24,22 +24,20 @@ const DARKENED: f32 = 0.35;
 
 /// The undistorted photograph (y, x, rgb) with everything but the tank darkened and the marks drawn
 /// with the given radius in px.
-pub fn overlay(photo: ArrayView3<u8>, view: &View, tank: &Tank, marks: &[Mark], radius_px: f64) -> Array3<u8> {
-    let mut picture = photo.to_owned();
+pub fn overlay(mut photo: Array3<u8>, view: &View, tank: &Tank, marks: &[Mark], radius_px: f64) -> Array3<u8> {
     let (centre, ideal) = (view.centre_in_tank(), view.ideal());
-    picture.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(y, mut row)| {
-        let tank_columns =
+    let darker: [u8; 256] = std::array::from_fn(|code| (code as f32 * DARKENED) as u8);
+    photo.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(y, mut row)| {
+        let seen =
             on_tank_columns(row.len_of(Axis(0)), |x| on_tank(tank, &centre, &ideal.ray_in_tank(x as f64, y as f64)));
-        for (x, mut pixel) in row.axis_iter_mut(Axis(0)).enumerate() {
-            if !tank_columns.contains(&x) {
-                pixel.map_inplace(|c| *c = (f32::from(*c) * DARKENED) as u8);
-            }
+        for beside in [0..seen.start, seen.end..row.len_of(Axis(0))] {
+            row.slice_axis_mut(Axis(0), beside.into()).map_inplace(|code| *code = darker[usize::from(*code)]);
         }
     });
     for mark in marks {
-        draw(&mut picture, mark, radius_px);
+        draw(&mut photo, mark, radius_px);
     }
-    picture
+    photo
 }
 
 /// The columns of a row that see the tank. Its outline is convex, so they are one interval, whose ends are found
@@ -122,7 +120,7 @@ mod tests {
         let photo = Array3::from_elem((90, 120, 3), 200);
         let mark = Mark { u: 60.0, v: 45.0, colour: [255, 0, 0] };
         let outside = Mark { u: -50.0, v: 1e9, colour: [255, 0, 0] };
-        let picture = overlay(photo.view(), &view, &tank, &[mark, outside], 2.0);
+        let picture = overlay(photo, &view, &tank, &[mark, outside], 2.0);
         assert_eq!(picture[[45, 66, 0]], 200, "inside the tank nothing changes");
         assert_eq!(picture[[45, 5, 0]], 70, "outside it is darker");
         let (centre, ideal) = (view.centre_in_tank(), view.ideal());

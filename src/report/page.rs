@@ -3,7 +3,7 @@
 //! It works by double click: no script, no network; the overlays are the files in `overlays/`.
 
 use super::palette;
-use crate::evaluation::Score;
+use crate::evaluation::{BAND_MM, Band, Place, Score, Sight};
 use crate::optics::Tank;
 use crate::volume::Grid;
 use std::fmt::Write;
@@ -20,6 +20,10 @@ pub struct Page<'a> {
     pub roots: &'a [([f32; 3], u32)],
     /// The score, where the truth is known.
     pub score: Option<&'a Score>,
+    /// What the views see of the water.
+    pub sight: &'a [Sight],
+    /// The score by place, where the truth is known.
+    pub bands: &'a [Band],
     /// Parameters per stage, as (stage, JSON text).
     pub settings: &'a [(String, String)],
     /// What stages warned of.
@@ -73,6 +77,7 @@ impl Page<'_> {
             }
             t.push_str("</table>\n");
         }
+        self.places(&mut t);
         t.push_str("<h2>Roots</h2><div class=\"grid\">\n");
         let far = self.tank.inner_radius_mm();
         let deep = self.grid.spacing_mm * depth as f64;
@@ -98,6 +103,58 @@ impl Page<'_> {
         }
         t.push_str("</table></body></html>\n");
         t
+    }
+
+    /// What is seen and how right the result is next to wall, surface, floor and belts.
+    fn places(&self, t: &mut String) {
+        let water: usize = self.sight.iter().map(|s| s.voxels).sum();
+        if water == 0 {
+            return;
+        }
+        let percent =
+            |part: f64, whole: f64| if whole > 0.0 { format!("{:.1} %", 100.0 * part / whole) } else { "–".into() };
+        let _ = write!(
+            t,
+            "<h2>What the views see</h2><p>Of each part of the water in the grid: voxels that too few views see are left \
+             unknown and hold no root; nothing else is left out. Bands are {BAND_MM} mm wide.</p>\
+             <table><tr><th>part</th><th>share of the water</th><th>unseen</th>"
+        );
+        if !self.bands.is_empty() {
+            t.push_str(
+                "<th>true roots</th><th>of them unseen</th><th>recall 1 mm</th><th>points</th><th>precision 1 mm</th>",
+            );
+        }
+        t.push_str("</tr>\n");
+        for s in self.sight.iter().filter(|s| s.voxels > 0) {
+            let (voxels, unseen) = (s.voxels as f64, s.unseen as f64);
+            let name = match s.place {
+                Place::Belt => "level with a belt",
+                Place::Surface => "under the water surface",
+                Place::Floor => "over the floor",
+                Place::Wall => "at the wall",
+                Place::Elsewhere => "elsewhere",
+            };
+            let _ = write!(
+                t,
+                "<tr><td>{name}</td><td>{}</td><td>{}</td>",
+                percent(voxels, water as f64),
+                percent(unseen, voxels)
+            );
+            if let Some(band) = self.bands.iter().find(|b| b.place == s.place) {
+                let share = |x: Option<f64>| x.map_or("–".into(), |x| format!("{x:.3}"));
+                let length = s.true_length_mm.unwrap_or(0.0);
+                let _ = write!(
+                    t,
+                    "<td>{length:.0} mm</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
+                    percent(s.unseen_length_mm.unwrap_or(0.0), length),
+                    share(band.recall),
+                    band.points,
+                    share(band.precision)
+                );
+            }
+            t.push_str("</tr>\n");
+        }
+        t.push_str("</table>\n");
     }
 
     /// Root voxels projected along an axis, as SVG; `low` to `high` is the range of the downward coordinate.
@@ -145,6 +202,17 @@ mod tests {
             grid: &grid,
             roots: &[([1.0, 2.0, 3.0], 0)],
             score: None,
+            sight: &[
+                Sight {
+                    place: Place::Wall,
+                    voxels: 40,
+                    unseen: 10,
+                    true_length_mm: Some(8.0),
+                    unseen_length_mm: Some(2.0),
+                },
+                Sight { place: Place::Floor, voxels: 0, unseen: 0, true_length_mm: None, unseen_length_mm: None },
+            ],
+            bands: &[Band { place: Place::Wall, true_length_mm: 9.0, recall: Some(0.75), points: 7, precision: None }],
             settings: &[("merge".into(), "{}".into())],
             warnings: &["few views".into()],
             overlays: &["overlays/000.jpg".into(), "overlays/001.jpg".into()],
@@ -152,6 +220,12 @@ mod tests {
         let html = page.html();
         assert!(html.contains("a&lt;b&gt;") && !html.contains("a<b>") && html.contains("few views"));
         assert_eq!(html.matches("<img").count(), 2);
+        assert!(
+            html.contains(
+                "<td>at the wall</td><td>100.0 %</td><td>25.0 %</td><td>8 mm</td><td>25.0 %</td><td>0.750</td>"
+            )
+        );
+        assert!(!html.contains("over the floor"));
         assert_eq!(html.matches("<circle").count(), 3);
     }
 }

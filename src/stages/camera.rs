@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
-use crate::formats::NamedView;
+use crate::formats::{NamedView, camera_file};
 use serde::Serialize;
 
 /// One view of the cameras.
@@ -19,7 +19,7 @@ impl Stage for Camera {
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let views: Vec<NamedView> = inputs.one("cameras")?.json("cameras")?;
-        let mut found = views.iter().filter(|v| v.file.rsplit(['/', '\\']).next() == Some(self.photo.as_str()));
+        let mut found = views.iter().filter(|v| camera_file::means(&v.file, &self.photo));
         match (found.next(), found.next()) {
             (Some(v), None) => output.json("view", &v.view),
             (None, _) => Err(Error::failed(format!("the cameras hold no view of the photograph `{}`", self.photo))

@@ -3,8 +3,8 @@
 use crate::calibration::SparseModel;
 use crate::error::{Error, Result};
 use crate::flow::Progress;
-use crate::formats::colmap::command::{Places, STEPS, arguments, pairs, version};
-use crate::formats::colmap::{Model, binary, to_sparse};
+use crate::formats::colmap::command::{Features, Places, arguments, pairs, version};
+use crate::formats::colmap::{Model, binary, from_sparse, text, to_sparse};
 use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -18,17 +18,26 @@ pub(super) struct Job<'a> {
     pub mask_png: &'a [u8],
     /// Neighbours around the ring that are matched.
     pub neighbours: usize,
-    /// Seed.
-    pub seed: u32,
+    /// How features are found.
+    pub features: Features,
+    /// Lens and poses, one per photograph in their order, where they are known: points alone are then looked for.
+    pub known: Option<&'a SparseModel>,
+}
+
+/// Name and version of the program.
+pub(super) fn program() -> Result<String> {
+    Ok(version(&help("help")?).unwrap_or_else(|| "COLMAP of unknown version".to_owned()))
 }
 
 /// The largest sparse model and the program's version.
 pub(super) fn run(job: &Job, progress: &Progress) -> Result<(SparseModel, String)> {
-    let program = version(&help("help")?).unwrap_or_else(|| "COLMAP of unknown version".to_owned());
+    let program = program()?;
     let folder = tempfile::tempdir().map_err(|e| Error::failed(format!("cannot make a temporary folder: {e}")))?;
     let at = |name: &str| folder.path().join(name);
-    let (images, sparse) = (at("images"), at("sparse"));
-    for dir in [&images, &sparse] {
+    let (images, sparse, known) = (at("images"), at("sparse"), at("known"));
+    // The mapper numbers the folders of its models itself, the triangulator wants one.
+    let found = if job.known.is_some() { sparse.join("0") } else { sparse.clone() };
+    for dir in [&images, &sparse, &known] {
         fs::create_dir(dir).map_err(|e| Error::io("make the folder", dir, e))?;
     }
     let write = |path: &Path, bytes: &[u8]| fs::write(path, bytes).map_err(|e| Error::io("write", path, e));
@@ -43,15 +52,38 @@ pub(super) fn run(job: &Job, progress: &Progress) -> Result<(SparseModel, String
     let (database, mask, list) = (at("database.db"), at("mask.png"), at("pairs.txt"));
     write(&mask, job.mask_png)?;
     write(&list, pairs(&names, job.neighbours).as_bytes())?;
-    let places = Places { database: &database, images: &images, mask: &mask, pairs: &list, sparse: &sparse };
-    progress.total(STEPS.len() as u64);
-    for step in STEPS {
+    if let Some(model) = job.known {
+        fs::create_dir(&found).map_err(|e| Error::io("make the folder", &found, e))?;
+        let mut model = SparseModel { points: Vec::new(), ..model.clone() };
+        for (view, own) in model.views.iter_mut().zip(&names) {
+            view.file.clone_from(own);
+        }
+        let (cameras, images, points) = text::write(&from_sparse(&model));
+        for (name, text) in [("cameras.txt", cameras), ("images.txt", images), ("points3D.txt", points)] {
+            write(&known.join(name), text.as_bytes())?;
+        }
+    }
+    let places = Places {
+        database: &database,
+        images: &images,
+        mask: &mask,
+        pairs: &list,
+        sparse: &found,
+        known: job.known.map(|_| known.as_path()),
+    };
+    progress.total(places.steps().len() as u64);
+    for step in places.steps() {
         let log = at(&format!("{step}.log"));
-        execute(Command::new("colmap").args(arguments(step, &places, job.seed, &help(step)?)), step, &log, progress)?;
+        execute(
+            Command::new("colmap").args(arguments(step, &places, job.features, &help(step)?)),
+            step,
+            &log,
+            progress,
+        )?;
         progress.advance(1);
     }
     let model = largest(&sparse)?;
-    let mut model = to_sparse(&model, Some(&names))?;
+    let mut model = to_sparse(&model, Some(&names))?.normalised();
     for view in &mut model.views {
         if let Some(k) = names.iter().position(|n| *n == view.file) {
             view.file = job.photos[k].0.clone();

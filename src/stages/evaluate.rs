@@ -1,9 +1,10 @@
 //! Scores the extracted root voxels against the true roots.
-//! In: roots, truth (a roots.json file, or a capture). Out: score (JSON).
+//! In: roots, truth (a roots.json file, or a capture). Out: score (JSON), bands (JSON: near wall,
+//! water surface, floor and belts).
 
 use super::extract;
 use crate::error::{Error, Result};
-use crate::evaluation::{Found, ScoreParams, score};
+use crate::evaluation::{Found, ScoreParams, bands, score};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::roots_json;
 use crate::optics::Tank;
@@ -22,13 +23,15 @@ pub struct Evaluate {
 
 impl Stage for Evaluate {
     const NAME: &'static str = "evaluate";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let roots = truth(inputs.one("truth")?)?;
         let points: Vec<[f64; 3]> =
             extract::read(inputs.one("roots")?)?.iter().map(|p| p.point_mm.map(f64::from)).collect();
-        output.json("score", &score(&roots, &self.tank, Found::Points(&points), &self.params)?)
+        let score = score(&roots, &self.tank, Found::Points(&points), &self.params)?;
+        output.json("bands", &bands(&roots, &self.tank, &points, self.params.z_max_mm, score.turned_deg))?;
+        output.json("score", &score)
     }
 }
 

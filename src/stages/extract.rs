@@ -2,6 +2,7 @@
 //! In: ridges. Out, one row per root voxel: index (u32, flat), point (n, [x y z] f32, mm, tank frame, on
 //! the crest), rootness (f32), component (u32, from 0); root_voxels.csv.
 
+use super::flat;
 use super::suppress::{self, triples};
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
@@ -74,15 +75,15 @@ impl Stage for Extract {
 
 /// Reads what [`Extract`] wrote.
 pub(crate) fn read(artefact: &Artefact) -> Result<Vec<RootPoint>> {
-    let index = artefact.array::<u32>("index")?.read()?;
-    let component = artefact.array::<u32>("component")?.read()?;
-    let rootness = artefact.array::<f32>("rootness")?.read()?;
+    let index = flat(artefact.array::<u32>("index")?.read()?);
+    let component = flat(artefact.array::<u32>("component")?.read()?);
+    let rootness = flat(artefact.array::<f32>("rootness")?.read()?);
     let points = triples(artefact.array::<f32>("point")?.read()?)?;
     Ok(index
-        .iter()
-        .zip(&component)
-        .zip(&rootness)
+        .into_iter()
+        .zip(component)
+        .zip(rootness)
         .zip(points)
-        .map(|(((&index, &component), &rootness), point_mm)| RootPoint { index, point_mm, rootness, component })
+        .map(|(((index, component), rootness), point_mm)| RootPoint { index, point_mm, rootness, component })
         .collect())
 }

@@ -22,12 +22,15 @@ pub mod misjudge;
 pub mod overlay;
 pub mod photograph;
 pub mod pose;
+pub mod pose_pictures;
 pub mod render;
 pub mod render_patch;
 pub mod root_overlay;
 pub mod rootness;
 pub mod sfm;
+pub mod sfm_known;
 pub mod sfm_mask;
+pub mod sight;
 pub mod slices;
 pub mod spread;
 pub mod suppress;
@@ -61,6 +64,12 @@ pub(crate) fn slabs(
         let end = (start + planes).min(depth);
         (start..end, start.saturating_sub(halo)..(end + halo).min(depth))
     })
+}
+
+/// The values of an array in its order.
+pub(crate) fn flat<T: Element>(array: ArrayD<T>) -> Vec<T> {
+    // Copied as a whole where they lie so: an iterator over any axes takes ten times as long.
+    array.as_slice().map_or_else(|| array.iter().copied().collect(), <[T]>::to_vec)
 }
 
 /// A whole array of three axes.

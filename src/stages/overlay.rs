@@ -5,7 +5,6 @@ use super::{extract, read3};
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::picture;
-
 use crate::optics::{Tank, Vec3, View, ViewMap};
 use crate::report::overlay::{Mark, overlay};
 use crate::report::palette;
@@ -34,7 +33,7 @@ pub(super) fn seen_at(map: &ViewMap, point_mm: &Vec3) -> Option<[f64; 2]> {
 
 impl Stage for Overlay {
     const NAME: &'static str = "overlay";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
@@ -50,7 +49,7 @@ impl Stage for Overlay {
                 Some(Mark { u, v, colour: palette::distinct(r.component as usize) })
             })
             .collect();
-        let picture = overlay(photo.view(), &ideal, &self.tank, &marks, self.mark_radius_px);
+        let picture = overlay(photo, &ideal, &self.tank, &marks, self.mark_radius_px);
         output.bytes("overlay.jpg", &picture::jpeg(picture.view(), QUALITY)?)
     }
 }

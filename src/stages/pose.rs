@@ -2,7 +2,7 @@
 //! In: sparse, photos (files). Out: cameras (JSON, one entry per photograph), lens (JSON), registration (JSON: quality,
 //! belt points).
 
-use crate::calibration::{RegisterParams, SparseModel, register};
+use crate::calibration::{Method, RegisterParams, SparseModel, chamfer, register};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::NamedView;
@@ -24,28 +24,46 @@ pub struct Pose {
 
 impl Stage for Pose {
     const NAME: &'static str = "pose";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let sparse: SparseModel = inputs.one("sparse")?.json("sparse")?;
         let files = inputs.many("photos");
         progress.total(sparse.views.len() as u64 + 1);
         let mut photos: Vec<Array2<u8>> = Vec::with_capacity(sparse.views.len());
+        let mut shrunken = Vec::new();
+        let mut focal_prior_px = None;
         for view in &sparse.views {
             progress.check()?;
             let file = self.photos.iter().position(|p| *p == view.file).and_then(|k| files.get(k));
             let file = file.ok_or_else(|| {
                 Error::failed(format!("the sparse model names the photograph `{}`, which the study lacks", view.file))
             })?;
-            photos.push(photo::gray(&photo::decode(&file.bytes("file")?, &view.file)?));
+            let bytes = file.bytes("file")?;
+            let photo = photo::decode(&bytes, &view.file)?;
+            let (height, width, _) = photo.dim();
+            let lens = &sparse.lens;
+            if (width, height) != (lens.width, lens.height) {
+                return Err(Error::failed(format!(
+                    "photograph `{}` has {width} x {height} px, but the cameras are for {} x {} px",
+                    view.file, lens.width, lens.height
+                ))
+                .help("all photographs of a study come from one camera at one size; do not crop, scale or turn them"));
+            }
+            focal_prior_px = focal_prior_px.or_else(|| photo::focal_px(&bytes, width, height));
+            if self.params.method == Method::Chamfer {
+                shrunken.push(chamfer::shrunken(&photo, lens, self.params.chamfer.shrink.clamp(1, 16)));
+            }
+            photos.push(photo::gray(&photo));
             progress.advance(1);
         }
         let photos: Vec<_> = photos.iter().map(|p| p.view()).collect();
-        let registration = register(&sparse, &photos, &self.tank, None, &self.params)?;
+        let registration = register(&sparse, &photos, &shrunken, &self.tank, focal_prior_px, &self.params)?;
         registration.warnings.iter().for_each(|w| output.warn(w.as_str()));
         let named = sparse.views.iter().zip(&registration.views);
         let views: Vec<NamedView> = named.map(|(s, v)| NamedView { file: s.file.clone(), view: v.clone() }).collect();
-        output.json("lens", &registration.views[0].lens)?;
+        let Some(first) = registration.views.first() else { return Err(Error::failed("no view was registered")) };
+        output.json("lens", &first.lens)?;
         output.json("cameras", &views)?;
         output.json("registration", &registration)
     }

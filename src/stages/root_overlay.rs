@@ -25,7 +25,7 @@ const STEP_PX: f64 = 0.7;
 
 impl Stage for RootOverlay {
     const NAME: &'static str = "root-overlay";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
@@ -36,7 +36,7 @@ impl Stage for RootOverlay {
         for (name, colour) in [("roots.jpg", ink::by_root as fn(&Root) -> [u8; 3]), ("orders.jpg", ink::by_order)] {
             let marks: Vec<Mark> =
                 ink::lines(&roots, |p| seen_at(&map, p), colour).iter().flat_map(|line| dots(line)).collect();
-            let picture = overlay(photo.view(), &ideal, &self.tank, &marks, self.line_radius_px);
+            let picture = overlay(photo.clone(), &ideal, &self.tank, &marks, self.line_radius_px);
             output.bytes(name, &picture::jpeg(picture.view(), QUALITY)?)?;
         }
         Ok(())

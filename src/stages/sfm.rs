@@ -8,14 +8,16 @@ use super::colmap_run::{Job, run};
 use crate::calibration::SparseModel;
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
+use crate::formats::colmap::command::Features;
 use serde::{Deserialize, Serialize};
 
 /// How structure from motion is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SfmParams {
-    /// How many next photographs around the ring each one is matched with. 0 takes a sixth of the ring and
-    /// two more, for the belts are shared over some 60 degrees, and all pairs where that is not enough.
+    /// How many next photographs around the ring each one is matched with. 0 takes a sixth of the ring and two more,
+    /// for the belts are shared over some 60 degrees. Where not all photographs register so, features are looked for
+    /// anew that match over larger steps, in a quarter of the ring and one more.
     pub neighbours: usize,
     /// COLMAP's random seed.
     pub seed: u32,
@@ -32,13 +34,20 @@ impl Default for SfmParams {
 pub struct Sfm {
     /// File name of each photograph, without folders, in capture order.
     pub photos: Vec<String>,
+    /// The program's name and version, as [`installed`] tells: another version may find another model.
+    pub program: String,
     /// How it is run.
     pub params: SfmParams,
 }
 
+/// Name and version of the COLMAP program; empty where it is missing (the run then says how to get it).
+pub fn installed() -> String {
+    super::colmap_run::program().unwrap_or_default()
+}
+
 impl Stage for Sfm {
     const NAME: &'static str = "sfm";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let files = inputs.many("photos");
@@ -56,14 +65,16 @@ impl Stage for Sfm {
             .collect::<Result<Vec<_>>>()?;
         let n = photos.len();
         let mask_png = inputs.one("mask")?.bytes("mask.png")?;
+        let plain = Features { affine: false, seed: self.params.seed };
+        let affine = Features { affine: true, ..plain };
         let attempts = match self.params.neighbours {
-            0 => vec![n.div_ceil(6) + 2, n],
-            given => vec![given],
+            0 => [(n.div_ceil(6) + 2, plain), (n.div_ceil(4) + 1, affine)],
+            given => [(given, plain), (given, affine)],
         };
-        let mut job = Job { photos, mask_png: &mask_png, neighbours: 0, seed: self.params.seed };
+        let mut job = Job { photos, mask_png: &mask_png, neighbours: 0, features: plain, known: None };
         let mut found = None;
-        for neighbours in attempts {
-            job.neighbours = neighbours;
+        for (neighbours, features) in attempts {
+            (job.neighbours, job.features) = (neighbours, features);
             found = Some(run(&job, progress));
             if found.as_ref().is_some_and(|f| f.as_ref().is_ok_and(|(sparse, _)| sparse.views.len() == n)) {
                 break;
@@ -71,7 +82,7 @@ impl Stage for Sfm {
             progress.check()?;
         }
         let (sparse, program) = found.unwrap_or_else(|| Err(Error::failed("structure from motion was not run")))?;
-        self.check_registered(&sparse)?;
+        check_registered(&self.photos, &sparse)?;
         let rms = sparse.reprojection_rms_px().unwrap_or(f64::INFINITY);
         if rms > 1.5 {
             output.warn(format!("structure from motion reprojects its points with {rms:.2} px root mean square"));
@@ -85,23 +96,21 @@ impl Stage for Sfm {
     }
 }
 
-impl Sfm {
-    /// Every photograph of a study needs its camera.
-    fn check_registered(&self, sparse: &SparseModel) -> Result<()> {
-        let lost: Vec<&str> =
-            self.photos.iter().filter(|p| sparse.views.iter().all(|v| v.file != **p)).map(String::as_str).collect();
-        if lost.is_empty() {
-            return Ok(());
-        }
-        Err(Error::failed(format!(
-            "structure from motion registered {} of {} photographs; not registered: {}",
-            sparse.views.len(),
-            self.photos.len(),
-            lost.join(", ")
-        ))
-        .help(
-            "photographs must follow each other around the tank in small steps (15 degrees or less), the belts sharp \
-             and alike; check the sfm-mask, or leave these photographs out of photos.images",
-        ))
+/// Every photograph of a study needs its camera.
+pub(super) fn check_registered(photos: &[String], sparse: &SparseModel) -> Result<()> {
+    let lost: Vec<&str> =
+        photos.iter().filter(|p| sparse.views.iter().all(|v| v.file != **p)).map(String::as_str).collect();
+    if lost.is_empty() {
+        return Ok(());
     }
+    Err(Error::failed(format!(
+        "structure from motion registered {} of {} photographs; not registered: {}",
+        sparse.views.len(),
+        photos.len(),
+        lost.join(", ")
+    ))
+    .help(
+        "photographs must follow each other around the tank in small steps (15 degrees or less), the belts sharp \
+         and alike; check the sfm-mask, or leave these photographs out of photos.images",
+    ))
 }

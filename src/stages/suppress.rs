@@ -3,7 +3,7 @@
 //! (f32), tangent (n, [x y z] f32, unit), offset (n, [x y z] f32, voxels, from the voxel's centre to the
 //! crest), scale (u8).
 
-use super::{four, slabs, three};
+use super::{flat, four, slabs, three};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::store::Artefact;
@@ -66,17 +66,17 @@ pub(crate) fn write(ridges: &Ridges, output: &mut Output) -> Result<()> {
 pub(crate) fn read(artefact: &Artefact) -> Result<Ridges> {
     Ok(Ridges {
         shape: artefact.json("shape")?,
-        index: artefact.array::<u32>("index")?.read()?.into_iter().collect(),
-        rootness: artefact.array::<f32>("rootness")?.read()?.into_iter().collect(),
+        index: flat(artefact.array::<u32>("index")?.read()?),
+        rootness: flat(artefact.array::<f32>("rootness")?.read()?),
         tangent: triples(artefact.array::<f32>("tangent")?.read()?)?,
         offset: triples(artefact.array::<f32>("offset")?.read()?)?,
-        scale: artefact.array::<u8>("scale")?.read()?.into_iter().collect(),
+        scale: flat(artefact.array::<u8>("scale")?.read()?),
     })
 }
 
 /// Rows of three.
 pub(crate) fn triples(array: ArrayD<f32>) -> Result<Vec<[f32; 3]>> {
-    let flat: Vec<f32> = array.into_iter().collect();
+    let flat = flat(array);
     let (rows, rest) = flat.as_chunks::<3>();
     if rest.is_empty() { Ok(rows.to_vec()) } else { Err(Error::failed("an array of the store has no rows of three")) }
 }

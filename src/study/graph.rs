@@ -1,6 +1,6 @@
 //! A study's settings as a graph of nodes: what is computed from what.
 
-use super::inputs::CameraSource;
+use super::inputs::{CameraSource, Frame};
 use super::render::Method;
 use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
@@ -26,12 +26,15 @@ use crate::stages::misjudge::Misjudge;
 use crate::stages::overlay::Overlay;
 use crate::stages::photograph::Photograph;
 use crate::stages::pose::Pose;
+use crate::stages::pose_pictures::PosePictures;
 use crate::stages::render::Render;
 use crate::stages::render_patch::RenderPatch;
 use crate::stages::root_overlay::RootOverlay;
 use crate::stages::rootness::Rootness;
-use crate::stages::sfm::Sfm;
+use crate::stages::sfm::{Sfm, installed};
+use crate::stages::sfm_known::SfmKnown;
 use crate::stages::sfm_mask::SfmMask;
+use crate::stages::sight::Sight;
 use crate::stages::slices::Slices;
 use crate::stages::spread::Spread;
 use crate::stages::suppress::Suppress;
@@ -39,6 +42,18 @@ use crate::stages::trace::Trace;
 use crate::stages::traits::Traits;
 use crate::stages::undistort::Undistort;
 use crate::stages::volume::Volume;
+use std::path::Path;
+
+/// The nodes of cameras found in the photographs.
+#[derive(Debug, Clone)]
+pub struct CalibrationNodes {
+    /// The mask for structure from motion.
+    pub mask: NodeId,
+    /// Cameras, quality, uncertainties.
+    pub pose: NodeId,
+    /// Outlines and ring.
+    pub pictures: NodeId,
+}
 
 /// The nodes of a study whose results people look at.
 #[derive(Debug, Clone)]
@@ -49,6 +64,8 @@ pub struct StudyNodes {
     pub photo_nodes: Vec<NodeId>,
     /// Lens and poses.
     pub cameras: NodeId,
+    /// How they were found, where the photographs gave them.
+    pub calibration: Option<CalibrationNodes>,
     /// The extracted root voxels.
     pub extract: NodeId,
     /// Roots, traits and their files.
@@ -57,6 +74,8 @@ pub struct StudyNodes {
     pub volume: NodeId,
     /// Its labels.
     pub labels: NodeId,
+    /// What is seen of the water.
+    pub sight: NodeId,
     /// One overlay per photograph.
     pub overlays: Vec<NodeId>,
     /// The traced roots on each photograph.
@@ -89,8 +108,9 @@ impl StudyNodes {
     pub fn targets(&self) -> Vec<NodeId> {
         let mut targets = self.numbers();
         targets.extend(self.measures());
-        targets.extend([self.volume, self.labels]);
+        targets.extend([self.volume, self.labels, self.sight]);
         targets.extend(&self.overlays);
+        targets.extend(self.calibration.as_ref().map(|c| c.pictures));
         targets.extend(&self.root_overlays);
         targets.extend(self.spread);
         targets
@@ -118,7 +138,7 @@ fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> (Vec<NodeId>,
 /// # Errors
 /// Where two photographs have one name.
 pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
-    let (photos, files, cameras, truth) = match &s.source {
+    let (photos, files, cameras, calibration, truth) = match &s.source {
         Source::Files(paths) => {
             let names: Vec<String> = paths
                 .iter()
@@ -130,15 +150,19 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             }
             let files: Vec<NodeId> =
                 names.iter().zip(paths).map(|(n, p)| graph.file(&format!("photo/{n}"), p)).collect();
-            let cameras = match s.cameras.source {
-                CameraSource::File => {
-                    let file = graph.file("cameras-file", s.input_dir.join(&s.cameras.path));
-                    graph.add("cameras", Cameras { tank: s.tank.clone() }, &[("file", &[file])])
+            let (cameras, calibration) = match (s.cameras.source, s.cameras.frame) {
+                (CameraSource::File, Frame::Tank) => {
+                    let parts = camera_file(graph, s)?;
+                    (graph.add("cameras", Cameras { tank: s.tank.clone() }, &[("file", &parts)]), None)
                 }
-                CameraSource::Sfm => cameras_from_photographs(graph, s, &names, &files),
+                (CameraSource::File, Frame::Free) => {
+                    let parts = camera_file(graph, s)?;
+                    registered(graph, s, &names, &files, Some(&parts))
+                }
+                (CameraSource::Sfm, _) => registered(graph, s, &names, &files, None),
             };
             let truth = s.truth.roots.as_ref().map(|r| graph.file("truth", s.input_dir.join(r)));
-            (names, files, cameras, truth)
+            (names, files, cameras, calibration, truth)
         }
         Source::Simulated(simulate) => {
             let capture = graph.add(
@@ -163,15 +187,15 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
                     graph.add(&format!("photograph/{}", names[view]), stage, &[("capture", &[capture])])
                 })
                 .collect();
-            let cameras = match s.cameras.source {
-                CameraSource::File if simulate.misjudge.is_none() => capture,
+            let (cameras, calibration) = match s.cameras.source {
+                CameraSource::File if simulate.misjudge.is_none() => (capture, None),
                 CameraSource::File => {
                     let stage = Misjudge { params: simulate.misjudge, seed: simulate.seed };
-                    graph.add("misjudge", stage, &[("cameras", &[capture])])
+                    (graph.add("misjudge", stage, &[("cameras", &[capture])]), None)
                 }
-                CameraSource::Sfm => cameras_from_photographs(graph, s, &names, &files),
+                CameraSource::Sfm => registered(graph, s, &names, &files, None),
             };
-            (names, files, cameras, Some(capture))
+            (names, files, cameras, calibration, Some(capture))
         }
     };
 
@@ -219,10 +243,13 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     let labels = graph.add("labels", Labels { grid: s.grid }, &[("system", &[system])]);
     let slices = s.report.slice.map(|depth_mm| Slices::at(depth_mm, &s.grid)).transpose()?;
     let slices = slices.map(|stage| graph.add("slices", stage, &[("merged", &[merged]), ("rootness", &[rootness])]));
+    let of_truth = truth.as_slice();
+    let sight = Sight { grid: s.grid, tank: s.true_tank.clone(), min_views: s.merge.min_views };
+    let sight = graph.add("sight", sight, &[("merged", &[merged][..]), ("truth", of_truth)]);
     let params = ScoreParams {
         z_min_mm: s.truth.z_min,
         z_max_mm: s.truth.z_max.unwrap_or(s.grid.spacing_mm * s.grid.shape[0] as f64 - 2.0),
-        free_azimuth: s.cameras.source == CameraSource::Sfm,
+        free_azimuth: calibration.is_some(),
         ..ScoreParams::default()
     };
     let score = truth.map(|truth| {
@@ -243,10 +270,12 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         photos,
         photo_nodes: files,
         cameras,
+        calibration,
         extract,
         traits,
         volume,
         labels,
+        sight,
         overlays,
         root_overlays,
         spread,
@@ -329,13 +358,40 @@ fn spread(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, traits: NodeI
     Ok(Some(graph.add("spread", Spread {}, &[("traits", &[traits][..]), ("draws", &draws)])))
 }
 
-/// The cameras found in the photographs alone.  Paper 2.2.
-fn cameras_from_photographs(graph: &mut Graph, s: &Settings, names: &[String], files: &[NodeId]) -> NodeId {
+/// The parts of the camera file.
+fn camera_file(graph: &mut Graph, s: &Settings) -> Result<Vec<NodeId>> {
+    let label = |path: &Path| match path.file_name() {
+        Some(name) => format!("cameras-file/{}", name.to_string_lossy()),
+        None => "cameras-file".to_owned(),
+    };
+    Ok(s.cameras.files(&s.input_dir)?.iter().map(|path| graph.file(&label(path), path)).collect())
+}
+
+/// The cameras in the tank frame that the photographs give: alone, or with the poses of a camera file.  Paper 2.2.
+fn registered(
+    graph: &mut Graph,
+    s: &Settings,
+    names: &[String],
+    files: &[NodeId],
+    known: Option<&[NodeId]>,
+) -> (NodeId, Option<CalibrationNodes>) {
     let mask = graph.add("sfm-mask", SfmMask { params: s.mask.clone() }, &[("photos", files)]);
-    let sfm = Sfm { photos: names.to_vec(), params: s.sfm.clone() };
-    let sparse = graph.add("sfm", sfm, &[("photos", files), ("mask", &[mask])]);
-    let pose = Pose { tank: s.tank.clone(), photos: names.to_vec(), params: s.pose.clone() };
-    graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files)])
+    let photos = names.to_vec();
+    let sparse = match known {
+        Some(parts) => {
+            let stage = SfmKnown { photos: photos.clone(), params: s.sfm.clone() };
+            graph.add("sfm-known", stage, &[("file", parts), ("photos", files), ("mask", &[mask])])
+        }
+        None => {
+            let stage = Sfm { photos: photos.clone(), program: installed(), params: s.sfm.clone() };
+            graph.add("sfm", stage, &[("photos", files), ("mask", &[mask])])
+        }
+    };
+    let pose = Pose { tank: s.tank.clone(), photos: photos.clone(), params: s.pose.clone() };
+    let pose = graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files)]);
+    let pictures = PosePictures { tank: s.tank.clone(), print_thickness_mm: s.pose.print_thickness_mm, photos };
+    let pictures = graph.add("pose-pictures", pictures, &[("pose", &[pose]), ("photos", files)]);
+    (pose, Some(CalibrationNodes { mask, pose, pictures }))
 }
 
 /// One view's volume, by the method of the study.

@@ -1,6 +1,7 @@
 //! The sections that say what goes in: ``````[study]``````, ``````[photos]``````, ``````[cameras]``````, ``````[tank]``````, ``````[grid]``````, ``````[truth]``````.
 
 use crate::error::{Error, Result};
+use crate::formats::camera_file::COLMAP_FILES;
 use crate::formats::tank_json;
 use crate::optics::{Index, Tank};
 use serde::{Deserialize, Serialize};
@@ -44,19 +45,52 @@ pub enum CameraSource {
     Sfm,
 }
 
+/// The frame of a camera file's poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Frame {
+    /// The tank's, in mm.
+    #[default]
+    Tank,
+    /// Any, in any unit: the tank is then registered in it.
+    Free,
+}
+
 /// `[cameras]`: lens and poses.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Cameras {
     /// `file` or `sfm`.
     pub source: CameraSource,
-    /// With `file`: a `cameras.json`, relative to `photos.dir`.
+    /// With `file`: a `cameras.json`, a cameras XML of Metashape or the folder of a COLMAP model, relative to
+    /// `photos.dir`.
     pub path: String,
+    /// With `file`: whether its poses are in the `tank` frame already, or in a `free` one.
+    pub frame: Frame,
+}
+
+impl Cameras {
+    /// The files that `path` means: itself, or the three of a COLMAP model where it is a folder.
+    ///
+    /// # Errors
+    /// A folder without a COLMAP model.
+    pub fn files(&self, input_dir: &Path) -> Result<Vec<PathBuf>> {
+        let path = input_dir.join(&self.path);
+        if !path.is_dir() {
+            return Ok(vec![path]);
+        }
+        let whole = |names: &&[&str; 3]| names.iter().all(|name| path.join(name).is_file());
+        let names = COLMAP_FILES.iter().find(whole).ok_or_else(|| {
+            Error::usage(format!("cameras.path: the folder `{}` holds no COLMAP model", path.display()))
+                .help("a model is cameras, images and points3D, all as .bin or all as .txt (often in sparse/0)")
+        })?;
+        Ok(names.iter().map(|name| path.join(name)).collect())
+    }
 }
 
 impl Default for Cameras {
     fn default() -> Self {
-        Self { source: CameraSource::File, path: "cameras.json".into() }
+        Self { source: CameraSource::File, path: "cameras.json".into(), frame: Frame::Tank }
     }
 }
 

@@ -5,11 +5,14 @@ use super::folder::Fresh;
 use super::graph::StudyNodes;
 use super::lock::Lock;
 use super::settings::Settings;
+use crate::calibration::Registration;
 use crate::error::Result;
+use crate::evaluation::{Band, Sight};
 use crate::flow::{Graph, Report};
 use crate::formats::{NamedView, cameras_json};
 use crate::report::page::Page;
 use crate::stages::extract;
+use crate::stages::pose_pictures::outline_name;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -50,6 +53,7 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) 
         if let Some(spread) = nodes.spread {
             fresh.put(report, spread, "trait_spread.csv", "trait_spread.csv")?;
         }
+        put_calibration(&fresh, nodes, report)?;
         fresh.write("report.html", page(settings, &batch.graph, nodes, report)?.as_bytes())?;
     }
     let made = study.points.iter().find_map(|p| made(p.planned.as_ref().ok().map(|(_, n)| n)?, report));
@@ -98,6 +102,23 @@ pub fn put_numbers(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Rep
     fresh.write(&format!("{prefix}cameras.json"), cameras_json::write(&views)?.as_bytes())
 }
 
+/// Puts what shows how the cameras were found, where the photographs gave them.
+fn put_calibration(fresh: &Fresh, nodes: &StudyNodes, report: &Report) -> Result<()> {
+    let Some(c) = &nodes.calibration else { return Ok(()) };
+    for name in ["mask.png", "deviation.png"] {
+        fresh.put(report, c.mask, name, &format!("calibration/{name}"))?;
+    }
+    fresh.put(report, c.pictures, "ring.svg", "calibration/ring.svg")?;
+    for photo in &nodes.photos {
+        let name = outline_name(photo);
+        fresh.put(report, c.pictures, &name, &format!("calibration/{name}"))?;
+    }
+    let registration: Registration = report.artefact(c.pose)?.json("registration")?;
+    let lens = registration.views.first().map(|v| v.lens);
+    let all = serde_json::json!({ "lens": lens, "quality": registration.quality, "warnings": registration.warnings });
+    fresh.write("calibration/calibration.json", format!("{all:#}\n").as_bytes())
+}
+
 /// Where an overlay of a photograph lies in the results.
 fn overlay_path(photo: &str, kind: &str) -> String {
     let stem = Path::new(photo).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
@@ -109,6 +130,8 @@ fn page(settings: &Settings, graph: &Graph, nodes: &StudyNodes, report: &Report)
     let roots: Vec<_> =
         extract::read(&report.artefact(nodes.extract)?)?.iter().map(|r| (r.point_mm, r.component)).collect();
     let score = nodes.score.map(|n| report.artefact(n)?.json("score")).transpose()?;
+    let bands: Option<Vec<Band>> = nodes.score.map(|n| report.artefact(n)?.json("bands")).transpose()?;
+    let sight: Vec<Sight> = report.artefact(nodes.sight)?.json("sight")?;
     let (mut parameters, mut warnings) = (BTreeMap::new(), Vec::new());
     let mut warned: BTreeMap<&str, usize> = BTreeMap::new();
     for node in graph.nodes() {
@@ -130,6 +153,8 @@ fn page(settings: &Settings, graph: &Graph, nodes: &StudyNodes, report: &Report)
         grid: &settings.grid,
         roots: &roots,
         score: score.as_ref(),
+        sight: &sight,
+        bands: bands.as_deref().unwrap_or_default(),
         settings: &parameters.into_iter().collect::<Vec<_>>(),
         warnings: &warnings,
         overlays: &overlays,

@@ -15,9 +15,9 @@ use super::table::Table;
 use crate::error::{Error, Result};
 use crate::evaluation::{CameraErrors, Score};
 use crate::flow::{NodeId, Report};
-use crate::report::contact::{Panel, sheet};
+use crate::report::contact::{Panel, Slice, sheet};
 use crate::stages::evaluate_roots::Judgement;
-use crate::stages::extract;
+use crate::stages::extract::{self, RootPoint};
 use std::path::Path;
 
 /// Columns of a contact sheet at most, where the fastest axis has more values.
@@ -134,25 +134,44 @@ impl<'a> Swept<'a> {
             };
             let values = self.study.parameters.iter().zip(&point.values);
             lines.extend(values.map(|(parameter, value)| format!("{parameter} = {value}")));
+            let (mut slice, grid) = (None, &settings.grid);
             let roots = match (&point.planned, fault) {
-                (Ok((_, nodes)), None) => Ok(extract::read(&self.report.artefact(nodes.extract)?)?
-                    .iter()
-                    .map(|r| (r.point_mm, r.rootness))
-                    .collect()),
+                (Ok((settings, nodes)), None) => {
+                    let roots = extract::read(&self.report.artefact(nodes.extract)?)?;
+                    slice = self.slice(settings, nodes, &roots)?;
+                    Ok(roots.iter().map(|r| (r.point_mm, r.rootness)).collect())
+                }
                 (_, fault) => Err(fault.as_ref().map(|e| e.message.clone()).unwrap_or_default()),
             };
-            let grid = &settings.grid;
             panels.push(Panel {
                 lines,
                 roots,
                 radius_mm: settings.tank.inner_radius_mm(),
                 depth_mm: grid.spacing_mm * grid.shape[0] as f64,
                 spacing_mm: grid.spacing_mm,
+                slice,
             });
         }
         let scored =
             if tolerances.is_empty() { String::new() } else { format!(": F1 at {} mm", tolerances.join(", ")) };
         sheet(&format!("{}{scored}", self.study.name), &panels, self.study.fastest.min(MOST_COLUMNS))
+    }
+
+    /// The pictures of the slice that the study asks for, and the roots in it.
+    fn slice(&self, settings: &Settings, nodes: &StudyNodes, roots: &[RootPoint]) -> Result<Option<Slice>> {
+        let (Some(node), Some(depth_mm)) = (nodes.slices, settings.report.slice) else { return Ok(None) };
+        let (artefact, grid) = (self.report.artefact(node)?, &settings.grid);
+        let picture = |title: &str, name: &str| -> Result<(String, Vec<u8>)> {
+            Ok((format!("{title} at z = {depth_mm} mm"), artefact.bytes(name)?))
+        };
+        let pictures = vec![
+            picture("merged colours, roots red,", "merged.png")?,
+            picture("views used (black 0)", "coverage.png")?,
+            picture("rootness", "rootness.png")?,
+        ];
+        let near = |r: &&RootPoint| (f64::from(r.point_mm[2]) - depth_mm).abs() <= grid.spacing_mm / 2.0;
+        let roots = roots.iter().filter(near).map(|r| [r.point_mm[0], r.point_mm[1]]).collect();
+        Ok(Some(Slice { pictures, roots, half_mm: grid.spacing_mm * grid.shape[2] as f64 / 2.0 }))
     }
 
     /// Brings `results_dir/<name>` up to date and tells whether it had to be written.

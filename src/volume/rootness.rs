@@ -248,4 +248,61 @@ mod tests {
         }
         assert!(whole.rootness[[30, 5, 5]].is_nan() && whole.rootness[[3, 0, 5]].is_nan());
     }
+
+    /// Bright rods along z of Gaussian profile, standard deviations 1 and 3 voxels; the first planes' ends are unknown.
+    fn rods() -> Array3<f32> {
+        let mut volume = Array3::from_shape_fn((20, 24, 44), |(_, j, i)| {
+            let rod = |x: f32, sd: f32| {
+                let (dx, dy) = (i as f32 - x, j as f32 - 12.0);
+                (-(dx * dx + dy * dy) / (2.0 * sd * sd)).exp()
+            };
+            rod(10.0, 1.0) + rod(30.0, 3.0)
+        });
+        volume.slice_axis_mut(Axis(0), (..2).into()).fill(f32::NAN);
+        volume
+    }
+
+    fn whole(volume: &Array3<f32>, params: &Rootness) -> RootVolume {
+        rootness(volume.view(), 1.0, params).unwrap()
+    }
+
+    #[test]
+    fn the_strongest_scale_wins_and_is_kept() {
+        let (volume, sigma) = (rods(), vec![1.0, 3.0]);
+        let both = whole(&volume, &Rootness { sigma: sigma.clone(), ..Rootness::default() });
+        assert_eq!([both.scale[[12, 12, 10]], both.scale[[12, 12, 30]]], [0, 1]);
+        let alone = sigma.iter().map(|&s| whole(&volume, &Rootness { sigma: vec![s], ..Rootness::default() }));
+        let alone: Vec<RootVolume> = alone.collect();
+        for (at, value) in both.rootness.indexed_iter().filter(|(_, value)| !value.is_nan()) {
+            let [narrow, wide] = [alone[0].rootness[at], alone[1].rootness[at]];
+            assert_eq!(*value, narrow.max(wide), "{at:?}");
+            assert_eq!(both.scale[at], u8::from(wide > narrow), "{at:?}");
+        }
+        // Normalised by σ², both rods count about alike although the wide one bends nine times less.
+        let ratio = both.rootness[[12, 12, 10]] / both.rootness[[12, 12, 30]];
+        assert!((0.8..1.25).contains(&ratio), "{ratio}");
+        assert_eq!([0, 1, 2].map(|c| both.tangent[[12, 12, 30, c]].abs()), [0, 0, 127]);
+    }
+
+    #[test]
+    fn dark_roots_before_a_bright_room_count_as_bright_ones_before_a_dark_one() {
+        let volume = rods();
+        let bright = whole(&volume, &Rootness::default());
+        let negative = volume.mapv(|v| 1.0 - v);
+        let dark = whole(&negative, &Rootness { dark: true, ..Rootness::default() });
+        for (at, value) in bright.rootness.indexed_iter().filter(|(_, value)| !value.is_nan()) {
+            assert!((dark.rootness[at] - value).abs() < 1e-4, "{at:?}");
+        }
+        assert!(whole(&negative, &Rootness::default()).rootness[[12, 12, 10]] < 1e-3);
+    }
+
+    #[test]
+    fn what_is_unknown_stays_so_and_neither_ends_a_root_nor_makes_one() {
+        let out = whole(&rods(), &Rootness::default());
+        assert!(out.rootness.slice_axis(Axis(0), (..2).into()).iter().all(|v| v.is_nan()));
+        assert!(out.tangent.slice_axis(Axis(0), (..2).into()).iter().all(|&t| t == 0));
+        let (end, middle) = (out.rootness[[2, 12, 10]], out.rootness[[12, 12, 10]]);
+        // What continues it is blurred, so it fades there, but neither ends nor flares.
+        assert!((0.6..1.05).contains(&(end / middle)), "{end} at the border, {middle} inside");
+    }
 }

@@ -44,6 +44,9 @@ pub struct AdjustParams {
     pub steps: usize,
     /// A round ends when the cost falls by less than this part.
     pub tolerance: f64,
+    /// Prior standard deviation of the focal length about the one that the camera wrote into the photographs (EXIF), as a
+    /// part of it; 0 leaves that unread. It is written in whole mm of 35 mm film, and focusing near changes it.
+    pub focal_sigma: f64,
     /// Prior standard deviation of the principal point about the picture's centre, as a part of the
     /// picture's width, 0 (held) to 1. Lenses are mounted to a few per cent.
     pub principal_point_sigma: f64,
@@ -70,6 +73,7 @@ impl Default for AdjustParams {
             rounds: 3,
             steps: 50,
             tolerance: 1e-6,
+            focal_sigma: 0.05,
             principal_point_sigma: 0.05,
             radial_sigma: 0.3,
             tangential_sigma: 0.002,

@@ -27,6 +27,8 @@ pub struct Adjusted {
     pub thicker_mm: f64,
     /// Common offset of each ring's edge, px.
     pub edge_offsets_px: Vec<f64>,
+    /// From each outline point to its ring, its common offset taken off, px.
+    pub misses_px: Vec<[f64; 2]>,
     /// Median residual of each view's belt points, px.
     pub view_residuals_px: Vec<f64>,
     /// Standard deviations.
@@ -78,9 +80,14 @@ pub fn adjust(network: &Network, start: &Start, params: &AdjustParams) -> Result
         outline_sigma_px: if network.outline.is_empty() { f64::NAN } else { sigmas.outline_px },
         thicker_mm: state.thicker_mm,
         edge_offsets_px: state.offsets.clone(),
+        misses_px: (0..network.outline.len()).map(|k| outline_miss(network, &state, k)).collect(),
         view_residuals_px: by_view.iter_mut().map(|v| crate::math::robust::median(v)).collect(),
         uncertainty,
     })
+}
+
+fn outline_miss(network: &Network, state: &State, k: usize) -> [f64; 2] {
+    outline_residual(network, state, k).map_or([0.0; 2], |r| (r.normal * r.value).into())
 }
 
 fn each_belt_miss(network: &Network, state: &State, mut take: impl FnMut(usize, Vector2<f64>)) {

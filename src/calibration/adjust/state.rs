@@ -20,9 +20,6 @@ pub struct Ring {
     pub radius_mm: f64,
     /// On which side of the edge the outside lies: -1 above (towards z = 0 and beyond), +1 below.
     pub outward: f64,
-    /// Whether only the half towards the camera shows (a belt's inner edge); rim and floor show the far
-    /// half to a camera that looks over them.
-    pub near_only: bool,
 }
 
 /// A point of a ring's edge as a photograph shows it.

@@ -58,8 +58,7 @@ fn network(views: &[View], noise_px: f64, wrong: f64, seed: u64) -> (Network, Ve
             points.push(x);
         }
     }
-    let ring =
-        |name: &str, z_mm, outward| Ring { name: name.into(), z_mm, radius_mm: RADIUS, outward, near_only: false };
+    let ring = |name: &str, z_mm, outward| Ring { name: name.into(), z_mm, radius_mm: RADIUS, outward };
     let rings = vec![ring("rim", 0.0, -1.0), ring("floor", HEIGHT, 1.0)];
     let mut outline = Vec::new();
     for (view, v) in views.iter().enumerate() {

@@ -21,13 +21,29 @@ pub struct Places<'a> {
     pub pairs: &'a Path,
     /// Folder for the sparse models.
     pub sparse: &'a Path,
+    /// Folder of a model whose poses are known: points alone are then looked for.
+    pub known: Option<&'a Path>,
 }
 
-/// The three steps, each with its name among COLMAP's commands.
-pub const STEPS: [&str; 3] = ["feature_extractor", "matches_importer", "mapper"];
+impl Places<'_> {
+    /// The steps by their names among COLMAP's commands.
+    pub fn steps(&self) -> [&'static str; 3] {
+        let last = if self.known.is_some() { "point_triangulator" } else { "mapper" };
+        ["feature_extractor", "matches_importer", last]
+    }
+}
 
-/// Arguments of one of [`STEPS`]; `help` is what `colmap STEP -h` prints.
-pub fn arguments(step: &str, places: &Places, seed: u32, help: &str) -> Vec<OsString> {
+/// How features are found and how the program draws lots.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Features {
+    /// Affine regions with pooled scales: some times slower, but they match over 30 degrees and more.
+    pub affine: bool,
+    /// Seed.
+    pub seed: u32,
+}
+
+/// Arguments of one of [`Places::steps`]; `help` is what `colmap STEP -h` prints.
+pub fn arguments(step: &str, places: &Places, features: Features, help: &str) -> Vec<OsString> {
     let mut args: Vec<OsString> = vec![step.into()];
     let mut add = |names: &[&str], value: OsString| {
         // Options that no known name fits are left at the program's default.
@@ -36,7 +52,7 @@ pub fn arguments(step: &str, places: &Places, seed: u32, help: &str) -> Vec<OsSt
             args.push(value);
         }
     };
-    add(&["random_seed", "default_random_seed"], seed.to_string().into());
+    add(&["random_seed", "default_random_seed"], features.seed.to_string().into());
     add(&["database_path"], places.database.into());
     match step {
         "feature_extractor" => {
@@ -45,6 +61,14 @@ pub fn arguments(step: &str, places: &Places, seed: u32, help: &str) -> Vec<OsSt
             add(&["ImageReader.single_camera"], "1".into());
             add(&["ImageReader.camera_mask_path"], places.mask.into());
             add(&["FeatureExtraction.use_gpu", "SiftExtraction.use_gpu"], "0".into());
+            if features.affine {
+                add(&["SiftExtraction.estimate_affine_shape"], "1".into());
+                add(&["SiftExtraction.domain_size_pooling"], "1".into());
+            }
+            if places.known.is_some() {
+                // In order, so that the program numbers the images as the known model does.
+                add(&["FeatureExtraction.num_threads", "SiftExtraction.num_threads"], "1".into());
+            }
         }
         "matches_importer" => {
             add(&["match_list_path"], places.pairs.into());
@@ -54,6 +78,9 @@ pub fn arguments(step: &str, places: &Places, seed: u32, help: &str) -> Vec<OsSt
         _ => {
             add(&["image_path"], places.images.into());
             add(&["output_path"], places.sparse.into());
+            if let Some(known) = places.known {
+                add(&["input_path"], known.into());
+            }
             add(&["Mapper.min_model_size"], "3".into());
             add(&["Mapper.extract_colors"], "0".into());
         }
@@ -95,12 +122,13 @@ mod tests {
     #[test]
     fn options_take_the_names_that_the_program_knows() {
         let p = Path::new("x");
-        let places = Places { database: p, images: p, mask: p, pairs: p, sparse: p };
+        let places = Places { database: p, images: p, mask: p, pairs: p, sparse: p, known: None };
+        let plain = Features { affine: false, seed: 1 };
         let old = "--database_path arg\n --SiftExtraction.use_gpu arg (=1)";
         let new = "--database_path arg\n --FeatureExtraction.use_gpu arg (=1)";
-        assert!(text(&arguments("feature_extractor", &places, 1, old)).contains("--SiftExtraction.use_gpu 0"));
-        assert!(text(&arguments("feature_extractor", &places, 1, new)).contains("--FeatureExtraction.use_gpu 0"));
-        assert!(!text(&arguments("feature_extractor", &places, 1, old)).contains("mask"));
+        assert!(text(&arguments("feature_extractor", &places, plain, old)).contains("--SiftExtraction.use_gpu 0"));
+        assert!(text(&arguments("feature_extractor", &places, plain, new)).contains("--FeatureExtraction.use_gpu 0"));
+        assert!(!text(&arguments("feature_extractor", &places, plain, old)).contains("mask"));
     }
 
     #[test]

@@ -84,7 +84,7 @@ const CAMERA_MODELS: [(&str, usize); 11] = [
     ("THIN_PRISM_FISHEYE", 12),
 ];
 
-/// Turns COLMAP's entries into a normalised sparse model; views are ordered by file name, or as in
+/// Turns COLMAP's entries into a sparse model in their frame; views are ordered by file name, or as in
 /// `photos` where given (names that the model lacks are skipped: not registered).
 ///
 /// # Errors
@@ -128,7 +128,7 @@ pub fn to_sparse(model: &Model, photos: Option<&[String]>) -> Result<SparseModel
             points.push(SparsePoint { position: Vec3::from(p.position), seen });
         }
     }
-    let sparse = SparseModel { lens, views, points }.normalised();
+    let sparse = SparseModel { lens, views, points };
     sparse.check()?;
     Ok(sparse)
 }

@@ -196,7 +196,7 @@ impl Work<'_> {
 
     /// Takes point spread and limbs from a sample of the stations.
     fn tune(&mut self, roots: &[TracedRoot]) {
-        const SAMPLES: usize = 150;
+        const SAMPLES: usize = 100;
         let clutter = self.clutter(roots);
         let all: Vec<(usize, usize)> =
             (0..roots.len()).flat_map(|r| self.stations(r, 1).map(move |b| (r, b))).collect();

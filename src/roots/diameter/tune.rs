@@ -2,7 +2,7 @@
 //!
 //! Both change the width that fits best, and both differ from camera to camera and room to room. On a sample of
 //! stations every combination of [`SPREADS`] and [`LIMBS`] is fitted at the widths about the one that is expected; the combination
-//! with the least sum of `n ln RSS`, each photograph's part limited, is taken.
+//! with the least sum of `n ln RSS`, each photograph's rise above its own least limited, is taken.
 
 use super::bar::Bars;
 use super::profile::Profile;
@@ -30,12 +30,15 @@ pub fn tune(samples: &[(Vec<Profile>, f64)], bars: Bars) -> Bars {
     let rises: Vec<Vec<f64>> = samples
         .par_iter()
         .map(|(profiles, expected)| {
-            let zero: Vec<f64> = profiles.iter().map(|p| cost(p, &bars, *expected)).collect();
-            let total = |tried: &Bars, width: f64| -> f64 {
-                profiles.iter().zip(&zero).map(|(p, z)| (cost(p, tried, width) - z).clamp(-LIMIT, LIMIT)).sum()
-            };
-            let best = |tried: &Bars| WIDTHS.iter().map(|w| total(tried, w * expected)).fold(f64::INFINITY, f64::min);
-            tried.iter().map(best).collect()
+            // Per profile the costs of all combinations at all widths, above its own least one.
+            let mut total = vec![0.0; tried.len() * WIDTHS.len()];
+            for profile in profiles {
+                let costs: Vec<f64> =
+                    tried.iter().flat_map(|t| WIDTHS.map(|w| cost(profile, t, w * expected))).collect();
+                let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+                total.iter_mut().zip(&costs).for_each(|(sum, cost)| *sum += (cost - least).min(LIMIT));
+            }
+            total.chunks(WIDTHS.len()).map(|c| c.iter().copied().fold(f64::INFINITY, f64::min)).collect()
         })
         .collect();
     let sum = |k: usize| rises.iter().map(|r| r[k]).sum::<f64>();

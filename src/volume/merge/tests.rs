@@ -146,6 +146,35 @@ fn lab_and_rgb_agree_where_all_views_agree() {
 }
 
 #[test]
+fn the_geometric_median_in_lab_is_that_of_the_lab_colours() {
+    let points = [[200, 40, 30], [190, 60, 20], [60, 180, 90], [210, 50, 60], [30, 30, 200]];
+    let params = Merge { metric: Metric::Lab, tolerance: 1e-6, max_steps: 5000, ..paper() };
+    let out = merged(&volumes(&points, 1), &params);
+    let lab = |rgb: [f32; 3]| lab_of_srgb(rgb).map(f64::from);
+    let exact: Vec<_> = points.iter().map(|p| lab(p.map(|x| x as f32 / 255.0))).collect();
+    let (_, least) = reference(&exact);
+    let got = lab([0, 1, 2].map(|c| out.colour[[0, 0, 0, c]]));
+    let cost: f64 = exact.iter().map(|p| distance(*p, got)).sum();
+    assert!(cost <= least + 0.05, "{cost} > {least}");
+    let in_rgb = merged(&volumes(&points, 1), &Merge { metric: Metric::Rgb, ..params });
+    assert!((0..3).any(|c| (in_rgb.colour[[0, 0, 0, c]] - out.colour[[0, 0, 0, c]]).abs() > 1e-3), "metrics differ");
+}
+
+#[test]
+fn mean_and_median_are_those_of_the_channels() {
+    let points = [[10, 200, 30], [20, 100, 90], [60, 120, 0], [90, 90, 10], [20, 130, 250]];
+    for (estimator, expected) in [(Estimator::Mean, [40.0, 128.0, 76.0]), (Estimator::Median, [20.0, 120.0, 30.0])] {
+        let out = merged(&volumes(&points, 2), &Merge { estimator, ..Merge::default() });
+        for c in 0..3 {
+            assert!((out.colour[[0, 0, 1, c]] * 255.0 - expected[c]).abs() < 1e-3, "{estimator:?}");
+        }
+        let spread: f64 =
+            points.iter().map(|p| distance(p.map(f64::from), expected.map(f64::from))).sum::<f64>() / 5.0 / 255.0;
+        assert!((f64::from(out.residual[[0, 0, 1]]) - spread).abs() < 1e-5, "the residual is the mean distance");
+    }
+}
+
+#[test]
 fn bad_input_is_refused() {
     let a = Array4::<u8>::zeros((2, 3, 4, 4));
     let b = Array4::<u8>::zeros((2, 3, 5, 4));

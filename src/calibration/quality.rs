@@ -1,0 +1,101 @@
+//! How well the photographs bear a registration out, in numbers and in words.
+
+use super::adjust::{Adjusted, Network, Uncertainty};
+use crate::math::robust::median;
+use serde::{Deserialize, Serialize};
+
+/// How well the photographs bear the registration out.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Quality {
+    /// Reprojection of structure from motion, root mean square px.
+    pub sfm_rms_px: f64,
+    /// Height of the tank by the photographs, given its radius, mm; `None` where rim or floor is not seen.
+    pub seen_height_mm: Option<f64>,
+    /// The joint adjustment, where it was made.
+    pub adjustment: Option<Adjustment>,
+    /// Median distance of the tank region's contour from the silhouette, px, where silhouettes were registered.
+    pub contour_median_px: Option<f64>,
+}
+
+/// Numbers of the joint adjustment.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Adjustment {
+    /// Belt points.
+    pub belt_points: usize,
+    /// Sightings of belt points.
+    pub sightings: usize,
+    /// Robust standard deviation of a sighting seen from the front, per coordinate, px.
+    pub belt_sigma_px: f64,
+    /// Root mean square of all sightings' residuals, px.
+    pub belt_rms_px: f64,
+    /// Robust standard deviation of the rings' edges about their common shifts, px; 0 without any.
+    pub outline_sigma_px: f64,
+    /// By how much the printed surface's radius exceeds the tank's and the print's together, mm.
+    pub thicker_mm: f64,
+    /// Common shift of each ring's edge against the adjusted tank, px, with the ring's name.
+    pub edge_offsets_px: Vec<(String, f64)>,
+    /// Median residual of each view's belt points, px.
+    pub view_residuals_px: Vec<f64>,
+    /// Standard deviations.
+    pub uncertainty: Uncertainty,
+}
+
+impl Adjustment {
+    pub(super) fn of(network: &Network, adjusted: &Adjusted) -> Self {
+        Self {
+            belt_points: network.tracks.len(),
+            sightings: network.tracks.iter().map(Vec::len).sum(),
+            belt_sigma_px: adjusted.belt_sigma_px,
+            belt_rms_px: adjusted.belt_rms_px,
+            outline_sigma_px: if network.outline.is_empty() { 0.0 } else { adjusted.outline_sigma_px },
+            thicker_mm: adjusted.thicker_mm,
+            edge_offsets_px: network
+                .rings
+                .iter()
+                .map(|r| r.name.clone())
+                .zip(adjusted.edge_offsets_px.clone())
+                .collect(),
+            view_residuals_px: adjusted.view_residuals_px.clone(),
+            uncertainty: adjusted.uncertainty.clone(),
+        }
+    }
+}
+
+/// Says what the user should know.
+pub(super) fn warn(network: &Network, quality: &Adjustment, photos: usize, warnings: &mut Vec<String>) {
+    for (k, ring) in network.rings.iter().enumerate() {
+        let seen = network.outline.iter().filter(|o| o.ring == k).count();
+        if seen < photos {
+            warnings.push(format!("the {} was seen at {seen} places in {photos} photographs only", ring.name));
+        }
+    }
+    if !network.rings.iter().enumerate().any(|(k, _)| network.outline.iter().filter(|o| o.ring == k).count() >= photos)
+    {
+        warnings.push(
+            "neither rim nor floor is seen: the cameras' height against the tank rests on the middle of the belts"
+                .into(),
+        );
+    }
+    for (name, offset) in &quality.edge_offsets_px {
+        if offset.abs() > 0.5 {
+            warnings.push(format!(
+                "the {name} is seen {:.1} px {} of where the tank's size puts it: check tank.radius, tank.height and the belts' thickness",
+                offset.abs(),
+                if *offset > 0.0 { "outwards" } else { "inwards" }
+            ));
+        }
+    }
+    if quality.belt_rms_px > 1.0 {
+        warnings.push(format!("belt points miss their places by {:.2} px (root mean square)", quality.belt_rms_px));
+    }
+    let typical = median(&mut quality.view_residuals_px.clone());
+    for (k, r) in quality.view_residuals_px.iter().enumerate().filter(|(_, r)| **r > (5.0 * typical).max(0.2)) {
+        warnings.push(format!("view {k} misses its belt points by {r:.2} px, the others by {typical:.2} px"));
+    }
+    if quality.uncertainty.wall_px > 0.5 {
+        warnings.push(format!(
+            "points on the tank's wall are uncertain by {:.2} px: more views or belts at both ends would help",
+            quality.uncertainty.wall_px
+        ));
+    }
+}
