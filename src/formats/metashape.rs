@@ -172,10 +172,10 @@ impl State {
         let parent = self.path.last().map(String::as_str).unwrap_or_default();
         match (tag.as_str(), parent) {
             ("calibration", "sensor") => {
-                if let (Some(found), Some(sensor)) = (self.in_calibration.take(), self.sensors.last_mut()) {
-                    if found.adjusted || !sensor.adjusted {
-                        *sensor = Sensor { id: sensor.id.clone(), size: found.size.or(sensor.size), ..found };
-                    }
+                if let (Some(found), Some(sensor)) = (self.in_calibration.take(), self.sensors.last_mut())
+                    && (found.adjusted || !sensor.adjusted)
+                {
+                    *sensor = Sensor { id: sensor.id.clone(), size: found.size.or(sensor.size), ..found };
                 }
             }
             (key, "calibration") if key != "resolution" => {

@@ -248,12 +248,12 @@ impl Search {
             while arc != NONE {
                 let q = self.graph.to[arc as usize] as usize;
                 // From the would-be parent to the orphan.
-                if self.tree[q] == tree && self.takes(tree, arc ^ 1) {
-                    if let Some(depth) = self.hangs(q) {
-                        if best.is_none_or(|(d, _)| depth < d) {
-                            best = Some((depth, arc));
-                        }
-                    }
+                if self.tree[q] == tree
+                    && self.takes(tree, arc ^ 1)
+                    && let Some(depth) = self.hangs(q)
+                    && best.is_none_or(|(d, _)| depth < d)
+                {
+                    best = Some((depth, arc));
                 }
                 arc = self.graph.next[arc as usize];
             }

@@ -34,8 +34,7 @@ impl Stage for RootOverlay {
         let map = ViewMap::new(&ideal, &self.tank)?;
         let roots = inputs.one("system")?.json::<RootSystem>("system.json")?.plain();
         for (name, colour) in [("roots.jpg", ink::by_root as fn(&Root) -> [u8; 3]), ("orders.jpg", ink::by_order)] {
-            let marks: Vec<Mark> =
-                ink::lines(&roots, |p| seen_at(&map, p), colour).iter().flat_map(|line| dots(line)).collect();
+            let marks: Vec<Mark> = ink::lines(&roots, |p| seen_at(&map, p), colour).iter().flat_map(dots).collect();
             let picture = overlay(photo.clone(), &ideal, &self.tank, &marks, self.line_radius_px);
             output.bytes(name, &picture::jpeg(picture.view(), QUALITY)?)?;
         }

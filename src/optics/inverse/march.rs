@@ -95,8 +95,8 @@ impl<'a> March<'a> {
         }
         self.past = [(lanes.b, lanes.s), self.past[0], self.past[1], self.past[2]];
         self.known = (self.known + 1).min(4);
-        for l in 0..LANES {
-            if !awake[l] {
+        for (l, awake) in awake.into_iter().enumerate() {
+            if !awake {
                 // Stays where it was; the weights of the extrapolation sum to one, so it starts again from there.
                 let (b, s) = (self.past[1].0[l], self.past[1].1[l]);
                 for past in &mut self.past {
