@@ -69,7 +69,10 @@ print(f"glTF, PLY: {len(ids)} tubes, watertight, {volume:.0f} mm3")
 morphio.set_maximum_warnings(0)
 swc = morphio.Morphology(str(results / "roots.swc"))
 cable = sum(np.linalg.norm(np.diff(s.points, axis=0), axis=1).sum() for s in swc.iter())
-assert abs(cable / total - 1) < 0.02, (cable, total)
+# SWC has no unseen ties: the way from a parent to a lateral that comes from the hidden crown is drawn.
+parents = {i: int(rows[0]["parent_id"]) for i, rows in roots.items() if rows[0]["parent_id"] != "-1"}
+ties = sum(np.linalg.norm(points[p] - points[i][0], axis=1).min() for i, p in parents.items())
+assert abs(cable / (total + ties) - 1) < 0.005, (cable, total, ties)
 print(f"SWC: {len(swc.sections)} sections, {cable:.0f} mm")
 
 group = zarr.open_group(results / "volume.ome.zarr", mode="r")

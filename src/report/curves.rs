@@ -75,26 +75,26 @@ fn picture(svg: &mut String, height: u32, title: &str, x_label: &str, panels: &[
 }
 
 /// Smallest range that holds all numbers, widened by a share on both sides.
-fn span(numbers: impl Iterator<Item = f64>, share: f64) -> Range<f64> {
-    let (low, high) =
-        numbers.filter(|x| x.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-    if low > high {
-        return 0.0..1.0;
-    }
-    let margin = if high > low { share * (high - low) } else { 0.5 };
-    low - margin..high + margin
+fn span(numbers: impl Iterator<Item = f64>, share: f64) -> Option<Range<f64>> {
+    let ends = |(low, high): (f64, f64), x: f64| (low.min(x), high.max(x));
+    let (low, high) = numbers.filter(|x| x.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+    let margin = share * (high - low);
+    (low <= high).then_some(low - margin..high + margin)
 }
 
 fn draw(panel: &Panel, area: &DrawingArea<SVGBackend<'_>, Shift>, x_label: &str) -> Drawn {
     let all = || panel.curves.iter().flat_map(|c| &c.points);
-    let y = span(all().flat_map(|p| [p.low, p.high]), 0.05);
-    let y = y.start.min(panel.range.start)..y.end.max(panel.range.end);
+    let x = span(all().map(|p| p.x), 0.03).unwrap_or(0.0..1.0);
+    let x = if x.end > x.start { x } else { x.start - 0.5..x.end + 0.5 };
+    let least = &panel.range;
+    let y = span(all().flat_map(|p| [p.low, p.high]), 0.05).unwrap_or(least.clone());
+    let y = y.start.min(least.start)..y.end.max(least.end);
     let mut chart = ChartBuilder::on(area)
         .margin(8)
         .margin_right(20)
         .x_label_area_size(if x_label.is_empty() { 22 } else { 40 })
         .y_label_area_size(58)
-        .build_cartesian_2d(span(all().map(|p| p.x), 0.03), y)?;
+        .build_cartesian_2d(x, y)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)

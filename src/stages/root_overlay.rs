@@ -25,7 +25,7 @@ const STEP_PX: f64 = 0.7;
 
 impl Stage for RootOverlay {
     const NAME: &'static str = "root-overlay";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let photo = read3::<u8>(inputs.one("photo")?, "photo")?;

@@ -114,3 +114,22 @@ pub(super) fn check_registered(photos: &[String], sparse: &SparseModel) -> Resul
          and alike; check the sfm-mask, or leave these photographs out of photos.images",
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::sparse::SparseView;
+    use crate::optics::{Distortion, Lens, Mat3, Vec3};
+
+    #[test]
+    fn photographs_that_did_not_register_are_named() {
+        let lens = Lens { width: 9, height: 9, focal_px: 9.0, cx: 4.0, cy: 4.0, distortion: Distortion::default() };
+        let view =
+            |file: &str| SparseView { file: file.into(), rotation: Mat3::identity(), translation: Vec3::zeros() };
+        let sparse = SparseModel { lens, views: vec![view("a.jpg"), view("c.jpg")], points: Vec::new() };
+        let names = ["a.jpg", "b.jpg", "c.jpg"].map(str::to_owned);
+        let e = check_registered(&names, &sparse).unwrap_err();
+        assert!(e.message.contains("2 of 3") && e.message.contains("b.jpg") && e.help.is_some(), "{e}");
+        assert!(check_registered(&names[..1], &sparse).is_ok());
+    }
+}

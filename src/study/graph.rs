@@ -375,7 +375,8 @@ fn registered(
     files: &[NodeId],
     known: Option<&[NodeId]>,
 ) -> (NodeId, Option<CalibrationNodes>) {
-    let mask = graph.add("sfm-mask", SfmMask { params: s.mask.clone() }, &[("photos", files)]);
+    let given: Vec<NodeId> = s.mask_picture.iter().map(|path| graph.file("mask-file", path)).collect();
+    let mask = graph.add("sfm-mask", SfmMask { params: s.mask.clone() }, &[("photos", files), ("given", &given)]);
     let photos = names.to_vec();
     let sparse = match known {
         Some(parts) => {

@@ -26,11 +26,14 @@ pub struct Photos {
     pub dir: String,
     /// Pattern of the photographs (`*` and `?`), sorted by name with numbers in numeric order.
     pub images: String,
+    /// With cameras from the photographs: a picture of their size, white where features may be taken, relative to `dir`;
+    /// the printed belts are looked for when absent.
+    pub mask: Option<String>,
 }
 
 impl Default for Photos {
     fn default() -> Self {
-        Self { dir: ".".into(), images: "images/*.jpg".into() }
+        Self { dir: ".".into(), images: "images/*.jpg".into(), mask: None }
     }
 }
 

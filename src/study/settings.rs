@@ -90,6 +90,8 @@ pub struct Settings {
     pub source: Source,
     /// `[cameras]`.
     pub cameras: Cameras,
+    /// A mask given as a picture.
+    pub mask_picture: Option<PathBuf>,
     /// `[mask]`, read where cameras come from the photographs.
     pub mask: MaskParams,
     /// `[sfm]`, read where cameras come from the photographs.
@@ -261,6 +263,7 @@ impl Settings {
         Ok(Self {
             name,
             source,
+            mask_picture: photos.mask.map(|m| input_dir.join(m)),
             input_dir,
             cameras,
             mask,

@@ -305,22 +305,4 @@ mod tests {
         // What continues it is blurred, so it fades there, but neither ends nor flares.
         assert!((0.6..1.05).contains(&(end / middle)), "{end} at the border, {middle} inside");
     }
-
-    #[test]
-    fn slabs_equal_the_whole_bit_for_bit_at_several_scales() {
-        let (volume, params) = (rods(), Rootness { sigma: vec![0.7, 1.5], ..Rootness::default() });
-        let all = whole(&volume, &params);
-        let mut stream = Stream::new(volume.dim().into(), 1.0, &params).unwrap();
-        let mut from = 0;
-        for slab in [0..7, 7..8, 8..20] {
-            let part = stream.push(volume.slice_axis(Axis(0), slab.into()));
-            let planes = from..from + part.rootness.dim().0;
-            let expected = all.rootness.slice_axis(Axis(0), planes.clone().into());
-            assert!(part.rootness.iter().zip(&expected).all(|(a, b)| a.to_bits() == b.to_bits()), "{planes:?}");
-            assert_eq!(part.scale, all.scale.slice_axis(Axis(0), planes.clone().into()));
-            assert_eq!(part.tangent, all.tangent.slice_axis(Axis(0), planes.clone().into()));
-            from = planes.end;
-        }
-        assert_eq!(from, 20);
-    }
 }

@@ -163,3 +163,18 @@ fn grids_out_of_reason_are_refused() {
     refused(&capture, &["--set", "grid.spacing=-1"], 2, &["grid.spacing"]);
     refused(&capture, &["--set", "grid.depth=inf"], 2, &["grid.depth"]);
 }
+
+#[test]
+fn a_missing_colmap_a_mask_that_hides_all_and_a_folder_without_model_are_named() {
+    let capture = Capture::new();
+    let sfm = ["--set", "cameras.source=sfm"];
+    let belts = [&sfm[..], &["--set", "mask.rectangles_px=[[0.0, 0.0, 60.0, 40.0]]"]].concat();
+    let output = capture.run(&belts).env("PATH", "").output().expect("runs");
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.contains("colmap") && text.contains("apt install"), "{text}");
+
+    let hidden = [&sfm[..], &["--set", "mask.rectangles_px=[[90000.0, 0.0, 9.0, 9.0]]"]].concat();
+    refused(&capture, &hidden, 1, &["mask", "rectangles_px"]);
+    refused(&capture, &["--set", "cameras.path=images"], 2, &["no COLMAP model", "points3D"]);
+}

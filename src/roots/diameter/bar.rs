@@ -42,16 +42,6 @@ impl Bars {
         Self { spread_px, limb, table: (0..=n + 1).map(entry).collect() }
     }
 
-    /// Standard deviation of the point spread, px.
-    pub fn spread_px(&self) -> f64 {
-        self.spread_px
-    }
-
-    /// Fall of the light towards the limbs, 0 to 1.
-    pub fn limb(&self) -> f64 {
-        self.limb
-    }
-
     /// Light at `x` beyond an edge at 0, and the density of the point spread there, times its variance.
     fn edge_and_bell(&self, x: f64) -> (f64, f64) {
         let at = (x / self.spread_px + REACH) * PER_SIGMA;

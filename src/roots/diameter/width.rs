@@ -6,11 +6,11 @@ use super::{DiameterParams, Measured};
 use nalgebra::{Matrix4, Vector4};
 
 /// Ratio of neighbouring widths tried, of the first search and of the second.
-const RATIOS: [f64; 2] = [1.33, 1.1];
+const RATIOS: [f64; 2] = [1.33, 1.12];
 /// Offsets at which a root that moved is looked for, in expected widths, at least one pixel each.
 const ASIDE: [f64; 3] = [0.6, 1.2, 1.8];
 /// Widths tried in the second search lie within this factor of the expected one.
-const NEAR: f64 = 2.0;
+const NEAR: f64 = 1.6;
 /// How far a photograph may move the common estimate: the rise of its `n ln RSS` is limited to this.
 pub(super) const LIMIT: f64 = 12.0;
 /// A photograph shows a root when the bar's light exceeds its standard error this many times.

@@ -143,15 +143,24 @@ impl Walker<'_> {
                 parts.push(Part { piece: at.piece, from: entered, to: self.end(at.piece, at.towards) });
                 return (parts, laterals);
             };
-            // What springs within a radius springs from one place.
+            // What springs within a radius springs from one place, and so does what hangs on it there: where several
+            // ridges meet, which one touches which is chance.
             let width = line.radius_mm(knot).max(0.5 * self.stub_mm);
-            let here: Vec<_> =
+            let near: Vec<_> =
                 hanging.into_iter().take_while(|h| (line.arc_mm[h.0] - line.arc_mm[knot]).abs() <= width).collect();
-            let far = here.last().map_or(knot, |h| h.0);
+            let far = near.last().map_or(knot, |h| h.0);
+            near.iter().for_each(|h| used[h.1] = true);
+            let mut here: Vec<(Vec3, usize, usize)> = near.iter().map(|h| (line.at(h.0), h.1, h.2)).collect();
+            for &(_, piece, point) in &near {
+                let child = &self.lines[piece];
+                let close = |h: &&(usize, usize, usize)| {
+                    (child.arc_mm[h.0] - child.arc_mm[point]).abs() <= width + self.stub_mm && !used[h.1]
+                };
+                here.extend(self.hanging[piece].iter().filter(close).map(|h| (child.at(h.0), h.1, h.2)));
+            }
             here.iter().for_each(|h| used[h.1] = true);
-            let place = |h: &(usize, usize, usize)| line.at(h.0);
             let mut ways: Vec<(Branch, Vec3)> =
-                here.iter().flat_map(|h| self.branches(h.1, h.2).into_iter().map(|b| (b, place(h)))).collect();
+                here.iter().flat_map(|h| self.branches(h.1, h.2).into_iter().map(|b| (b, h.0))).collect();
             let end = self.end(at.piece, at.towards);
             let own = Branch { from: far, ..at };
             let goes_on = (line.arc_mm[end] - line.arc_mm[far]).abs() > self.stub_mm;
