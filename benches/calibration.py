@@ -53,10 +53,13 @@ CAPTURES = {
 # A small plant: the cameras are what counts here.
 GROWTH = dict(first_order=dict(count=8), second_order=dict(count=6))
 
-# The volume only has to exist: a coarse grid keeps it cheap.
+# The volume only has to exist: a coarse grid and thresholds that no root reaches keep it cheap.
 COARSE = """
 [grid]
 spacing = 4.0
+[extract]
+low = 1e6
+high = 1e6
 [rootness]
 sigma = [4.0]
 [contrast]

@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rootvox::calibration::chamfer::shrunken;
 use rootvox::calibration::sparse::{Sighting, SparsePoint, SparseView};
 use rootvox::calibration::{Method, RegisterParams, Registration, SparseModel, register};
+use rootvox::error::Result;
 use rootvox::evaluation::{CameraErrors, camera_errors};
 use rootvox::optics::{Index, Tank, Vec3, View};
 use rootvox::photo::{self, Picture};
@@ -89,7 +90,7 @@ fn sparse(views: &[View]) -> SparseModel {
     SparseModel { lens, views: sparse_views.collect(), points }.normalised()
 }
 
-fn registered(tank: &Tank, params: &RegisterParams) -> Registration {
+fn registered(tank: &Tank, params: &RegisterParams) -> Result<Registration> {
     let case = case();
     let gray: Vec<Array2<u8>> = case.photos.iter().map(photo::gray).collect();
     let gray: Vec<_> = gray.iter().map(|g| g.view()).collect();
@@ -97,7 +98,7 @@ fn registered(tank: &Tank, params: &RegisterParams) -> Registration {
         Method::Adjust => Vec::new(),
         Method::Chamfer => case.photos.iter().map(|p| shrunken(p, &case.sparse.lens, 4)).collect(),
     };
-    register(&case.sparse, &gray, &small, tank, None, params).unwrap()
+    register(&case.sparse, &gray, &small, tank, None, params)
 }
 
 fn errors(registration: &Registration) -> CameraErrors {
@@ -107,7 +108,7 @@ fn errors(registration: &Registration) -> CameraErrors {
 
 #[test]
 fn the_belts_give_cameras_and_tank_and_the_uncertainties_cover_the_errors() {
-    let found = registered(&tank(), &RegisterParams::default());
+    let found = registered(&tank(), &RegisterParams::default()).unwrap();
     let e = errors(&found);
     assert!(e.water_rms_px < 0.35, "{e:?}");
     assert!(found.warnings.is_empty(), "{:?}", found.warnings);
@@ -132,7 +133,7 @@ fn the_belts_give_cameras_and_tank_and_the_uncertainties_cover_the_errors() {
 #[test]
 fn silhouettes_alone_find_the_tank_less_well() {
     let params = RegisterParams { method: Method::Chamfer, ..RegisterParams::default() };
-    let found = registered(&tank(), &params);
+    let found = registered(&tank(), &params).unwrap();
     let e = errors(&found);
     assert!(e.water_rms_px < 4.0 && e.axis_tilt_deg < 0.5, "{e:?}");
     assert!(found.quality.adjustment.is_none() && found.quality.contour_median_px.unwrap() < 4.0);
@@ -140,9 +141,15 @@ fn silhouettes_alone_find_the_tank_less_well() {
 }
 
 #[test]
-fn a_radius_off_by_a_tenth_is_told() {
+fn a_radius_off_by_a_tenth_is_an_error_and_by_a_fiftieth_a_warning() {
     for radius_mm in [45.0, 55.0] {
-        let found = registered(&Tank { radius_mm, ..tank() }, &RegisterParams::default());
+        let e = registered(&Tank { radius_mm, ..tank() }, &RegisterParams::default()).unwrap_err();
+        assert!(e.message.contains("one of the two is wrong") && e.message.contains("tank.radius"), "{e}");
+        let help = e.help.unwrap();
+        assert!(help.contains("50.") || help.contains("49.9"), "{help}");
+    }
+    for radius_mm in [49.0, 51.0] {
+        let found = registered(&Tank { radius_mm, ..tank() }, &RegisterParams::default()).unwrap();
         let said = found.warnings.join("; ");
         assert!(said.contains("one of the two is wrong"), "radius {radius_mm}: {said}");
     }
@@ -152,7 +159,7 @@ fn a_radius_off_by_a_tenth_is_told() {
 fn threads_change_nothing() {
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| registered(&tank(), &RegisterParams::default()).views)
+        pool.install(|| registered(&tank(), &RegisterParams::default()).unwrap().views)
     };
     assert_eq!(with(1), with(3));
 }

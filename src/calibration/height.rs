@@ -4,6 +4,7 @@ use super::adjust::Ring;
 use super::outline::{self, OutlineParams};
 use super::similarity::Similarity;
 use super::sparse::SparseModel;
+use crate::error::{Error, Result};
 use crate::math::robust::median;
 use crate::optics::Tank;
 use ndarray::ArrayView2;
@@ -23,6 +24,8 @@ pub(super) fn lay_height(
 ) -> (Similarity, Option<f64>) {
     let mut start = start;
     let mut seen_height = None;
+    // A median of many coarse places bears weaker steps, such as those against a mottled table.
+    let params = &OutlineParams { min_rise: params.min_rise.min(2.0), ..params.clone() };
     // Twice: the second look is taken from the right height.
     for _ in 0..2 {
         let views = start.views(model);
@@ -48,20 +51,37 @@ pub(super) fn lay_height(
     (start, seen_height)
 }
 
-/// Warns where the height that the photographs show disagrees with the tank's.
-pub(super) fn check_height(tank: &Tank, seen_mm: Option<f64>, extent_mm: [f64; 2], warnings: &mut Vec<String>) {
+/// Holds the height that the photographs show against the tank's: warns where they disagree.
+///
+/// # Errors
+/// Where they disagree by a twentieth or more: a size was misread, and nothing that follows could be right.
+pub(super) fn check_height(
+    tank: &Tank,
+    seen_mm: Option<f64>,
+    extent_mm: [f64; 2],
+    warnings: &mut Vec<String>,
+) -> Result<()> {
     let extent = extent_mm[1] - extent_mm[0];
-    if let Some(seen) = seen_mm.filter(|s| (s / tank.height_mm - 1.0).abs() > 0.015) {
-        warnings.push(format!(
-            "with a radius of {} mm the photographs show rim and floor {seen:.1} mm apart, but tank.height is {} mm: \
-             one of the two is wrong, and all lengths of the result with it",
-            tank.radius_mm, tank.height_mm
-        ));
-    } else if extent > 1.03 * tank.height_mm {
-        warnings.push(format!(
-            "with a radius of {} mm the belts' points reach over {extent:.1} mm, more than tank.height ({} mm): \
-             one of the two is wrong, and all lengths of the result with it",
-            tank.radius_mm, tank.height_mm
-        ));
+    let (what, shown) = match seen_mm {
+        Some(seen) => ("rim and floor", seen),
+        // The belts may be lower than the tank, but not higher.
+        None if extent > 1.015 * tank.height_mm => ("the ends of the belts", extent),
+        None => return Ok(()),
+    };
+    let apart = (shown / tank.height_mm - 1.0).abs();
+    let said = format!(
+        "with tank.radius {} mm the photographs show {what} {shown:.1} mm apart, but tank.height is {} mm",
+        tank.radius_mm, tank.height_mm
+    );
+    let cause = "one of the two is wrong, and all lengths of the result with it";
+    if apart >= 0.05 {
+        return Err(Error::failed(format!("{said}: {cause}")).help(format!(
+            "measure the tank again: outer radius (half the diameter) and height; {:.1} mm of radius would fit this height",
+            tank.radius_mm * tank.height_mm / shown
+        )));
     }
+    if apart > 0.015 {
+        warnings.push(format!("{said}: {cause}"));
+    }
+    Ok(())
 }

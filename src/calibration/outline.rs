@@ -33,9 +33,11 @@ pub struct OutlineParams {
     pub fine_reach_mm: f64,
     /// Stretches per ring and view, 1..50.
     pub bins: usize,
-    /// A step counts where √V rises by at least this (linear light, 0..1), and to at least twice what it is
-    /// outside; 0.02 is white print at a tenth of full exposure.
+    /// A step counts where √V rises by at least this (linear light, 0..1); 0.02 is white print at a tenth of full exposure.
     pub min_contrast: f64,
+    /// And where √V inside is at least this many times what it is outside, 1..10: a stem or the table's mottle outside
+    /// pulls the place.
+    pub min_rise: f64,
     /// Part of the half ring, to either side of its middle, that is used, 0..1: towards the ends it
     /// turns away along the line of sight.
     pub arc: f64,
@@ -43,7 +45,15 @@ pub struct OutlineParams {
 
 impl Default for OutlineParams {
     fn default() -> Self {
-        Self { spacing_px: 2.0, reach_mm: 5.0, fine_reach_mm: 2.5, bins: 5, min_contrast: 0.02, arc: 0.85 }
+        Self {
+            spacing_px: 2.0,
+            reach_mm: 5.0,
+            fine_reach_mm: 2.5,
+            bins: 5,
+            min_contrast: 0.02,
+            min_rise: 3.0,
+            arc: 0.85,
+        }
     }
 }
 
@@ -203,7 +213,7 @@ fn crossing(stretch: &[Column], outside: Range<usize>, inside: Range<usize>, par
     let mut within = power[inside].to_vec();
     within.sort_by(f64::total_cmp);
     let high = within[3 * within.len() / 4];
-    if high.sqrt() < low.sqrt() + params.min_contrast || high < 4.0 * low {
+    if high.sqrt() < low.sqrt() + params.min_contrast || high < params.min_rise.powi(2) * low {
         return None;
     }
     let half = low + 0.25 * (high - low);

@@ -126,7 +126,7 @@ pub fn register(
     let seen_height_mm;
     (begun.tank_from_sfm, seen_height_mm) =
         lay_height(model, photos, tank, &ends, begun.tank_from_sfm, &params.outline);
-    check_height(tank, seen_height_mm, begun.extent_mm, &mut warnings);
+    check_height(tank, seen_height_mm, begun.extent_mm, &mut warnings)?;
     let quality = Quality {
         sfm_rms_px: model.reprojection_rms_px().unwrap_or(0.0),
         seen_height_mm,

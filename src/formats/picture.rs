@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn a_jpeg_shows_the_picture() {
-        let picture = Array3::from_shape_fn((37, 50, 3), |(y, x, c)| (4 * x + 2 * y + 20 * c) as u8);
+        let picture = Array3::from_shape_fn((37, 50, 3), |(y, x, c)| (3 * x + y + 20 * c) as u8);
         let read = image::load_from_memory(&jpeg(picture.view(), 85).unwrap()).unwrap().into_rgb8();
         assert_eq!(read.dimensions(), (50, 37));
         for (x, y, pixel) in read.enumerate_pixels() {

@@ -244,13 +244,11 @@ impl Settings {
         let mut resolved = file.finish(SECTIONS)?;
 
         let input_dir = origin.base.join(&photos.dir);
+        // A folder that is not there is told of before the files in it.
+        let files = if simulated { Vec::new() } else { find_photographs(&input_dir, &photos)? };
         let tank = tank.resolve(&input_dir)?;
         let true_tank = simulate.tank.resolve(&tank)?;
-        let source = if simulated {
-            Source::Simulated(Box::new(simulate))
-        } else {
-            Source::Files(find_photographs(&input_dir, &photos)?)
-        };
+        let source = if simulated { Source::Simulated(Box::new(simulate)) } else { Source::Files(files) };
         note(&mut resolved, "tank", &TankSection::from(&tank))?;
         resolved.retain(|name, _| simulated || !name.starts_with("simulate."));
         let depth_mm = grid.depth.unwrap_or_else(|| tank.floor_mm());

@@ -87,7 +87,7 @@ fn a_parameter_enters_the_keys_of_the_stages_that_read_it_alone() {
         ("rootness.gamma23=1.0", &["rootness"]),
         ("extract.high=1.5", &["extract"]),
         ("extract.low=0.5", &["extract"]),
-        ("overlay.mark_radius=2.0", &["overlay"]),
+        ("overlay.mark_radius=2.0", &["overlay", "root-overlay"]),
     ] {
         assert_eq!(touched(set), BTreeSet::from_iter(stages.iter().copied()), "{set}");
     }
