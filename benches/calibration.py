@@ -108,7 +108,6 @@ COLUMNS = [
     ("cy, px", lambda e, u, f: e["principal_point_px"][1], lambda u, f: u["principal_point_px"][1], 2),
     ("k1", lambda e, u, f: e["distortion"][0], lambda u, f: u["distortion"][0], 4),
     ("k2", lambda e, u, f: e["distortion"][1], lambda u, f: u["distortion"][1], 4),
-    ("pitch, °", lambda e, u, f: e["pitch_deg"], lambda u, f: u["pitch_deg"], 3),
     ("scale, %", lambda e, u, f: 100 * e["scale"], lambda u, f: 100 * u["scale"], 4),
     ("axis tilt, °", lambda e, u, f: e["axis_tilt_deg"], lambda u, f: u["axis_tilt_deg"], 4),
     ("axis offset, mm", lambda e, u, f: e["axis_offset_mm"], lambda u, f: u["axis_offset_mm"], 3),
@@ -144,13 +143,16 @@ def main():
     for name, folder in folders:
         e, calibration = measure(args, name, folder)
         q = calibration["quality"]
-        u, f = q["adjustment"]["uncertainty"], calibration["lens"]["f"]
+        # Silhouettes alone tell no standard deviations.
+        u, f = (q["adjustment"] or {}).get("uncertainty"), calibration["lens"]["f"]
         cells = [name, str(e["views"]), f"{q['sfm_rms_px']:.2f}", f"{e['water_rms_px']:.3f}"]
         for _, error, sigma, digits in COLUMNS:
-            x, s = error(e, u, f), sigma(u, f)
-            cells.append(f"{x:.{digits}f} ({s:.{digits}f})")
-            ratios.append(abs(x) / s if s > 0 else math.inf)
+            x, s = error(e, u, f), sigma(u, f) if u else None
+            cells.append(f"{x:.{digits}f} ({s:.{digits}f})" if u else f"{x:.{digits}f}")
+            ratios.extend([abs(x) / s if s else math.inf] if u else [])
         print("| " + " | ".join(cells) + " |", flush=True)
+    if not ratios:
+        return
     ratios.sort()
     share = [sum(r <= k for r in ratios) / len(ratios) for k in (1, 2, 3)]
     print(f"\nerrors within 1, 2 and 3 standard deviations: {', '.join(f'{100 * s:.0f} %' for s in share)}; "
