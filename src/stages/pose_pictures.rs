@@ -1,5 +1,5 @@
 //! What a person looks at to trust the cameras: outlines on the photographs, the ring of cameras.
-//! In: pose, photos (files). Out: outline/<photograph>.jpg each, ring.svg.
+//! In: pose, photos (files). Out: `outline/<photograph>.jpg` each, ring.svg.
 
 use crate::calibration::Registration;
 use crate::error::{Error, Result};

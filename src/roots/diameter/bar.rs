@@ -2,7 +2,7 @@
 //!
 //! Across a root the light falls off towards its limbs: not at all where light comes from everywhere, with √(1 − u²)
 //! (u from -1 to 1) where all of it comes from the camera's side. The bar's profile is `1 − limb + limb √(1 − u²)`; the root is
-//! taken as a pile of flat bars ([`LAYERS`]), so that the blur stays that of edges.
+//! taken as a pile of flat bars (`LAYERS`), so that the blur stays that of edges.
 
 /// ½ (1 + erf(x / √2)) to 1.2e-7 (rational approximation by Hastings; Abramowitz and Stegun 7.1.26).
 fn normal_below(x: f64) -> f64 {
