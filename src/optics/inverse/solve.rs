@@ -130,20 +130,42 @@ impl ViewMap {
     #[cold]
     fn bisect(&self, x: f64, y: f64, z: f64) -> Option<Solved> {
         let at = |c: f64| self.level(c, x, y, z);
-        let (mut low, mut high) = (-1.0, 1.0);
-        let ends = [at(low), at(high)];
-        let found = if ends[0].1.f1 <= 0.0 {
-            ends[0]
-        } else if ends[1].1.f1 >= 0.0 {
-            ends[1]
-        } else {
+        let on_level = |c: f64| at(c).1.f2_on_chord.abs() < 1e-6;
+        let cross = |mut low: f64, mut high: f64| {
             while let Some(middle) = between(low, high) {
                 if at(middle).1.f1 > 0.0 { low = middle } else { high = middle }
             }
-            at(low)
+            low
         };
-        let ((b, s), misses) = found;
-        (misses.f2_on_chord.abs() < 1e-6).then_some(Solved { b, s, distance: misses.f1.abs() })
+        let solved = |c: f64| {
+            let ((b, s), misses) = at(c);
+            Solved { b, s, distance: misses.f1.abs() }
+        };
+        let c = if at(-1.0).1.f1 <= 0.0 {
+            -1.0
+        } else if at(1.0).1.f1 >= 0.0 {
+            1.0
+        } else {
+            cross(-1.0, 1.0)
+        };
+        if on_level(c) {
+            return Some(solved(c));
+        }
+        // Around c the point's height asks for an s beyond the range: what is left are the moments at either fold.
+        for end in [-1.0, 1.0] {
+            if !on_level(end) {
+                continue;
+            }
+            let (mut on, mut beyond) = (end, c);
+            while let Some(middle) = between(on.min(beyond), on.max(beyond)) {
+                if on_level(middle) { on = middle } else { beyond = middle }
+            }
+            let (low, high) = (on.min(end), on.max(end));
+            if at(low).1.f1 > 0.0 && at(high).1.f1 <= 0.0 {
+                return Some(solved(cross(low, high)));
+            }
+        }
+        None
     }
 
     /// The ray with moment c b_fold(s) that passes at the point's height, or the one at the end of the range of s.
