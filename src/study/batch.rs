@@ -9,7 +9,8 @@
 //! With `[studies]`, the file's own study is a base only and is not run itself.
 
 use super::document::{Document, Sources};
-use super::graph::{self, StudyNodes};
+use super::graph;
+use super::nodes::StudyNodes;
 use super::settings::{Origin, Settings};
 use super::sweep::{Section, ranges};
 use crate::error::{Error, Result};

@@ -8,6 +8,7 @@ pub mod graph;
 pub mod inputs;
 mod kept;
 pub mod lock;
+pub mod nodes;
 pub mod render;
 pub mod rerun;
 pub mod results;

@@ -2,8 +2,8 @@
 
 use super::batch::{Batch, Study};
 use super::folder::Fresh;
-use super::graph::StudyNodes;
 use super::lock::Lock;
+use super::nodes::StudyNodes;
 use super::settings::Settings;
 use crate::calibration::Registration;
 use crate::error::Result;

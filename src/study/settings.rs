@@ -1,8 +1,9 @@
 //! A study as its file says it, checked: every section typed, every default written out.
 
 use super::document::{Document, Resolved, Sources, note};
-use super::inputs::find_photographs;
-use super::inputs::{CameraSource, Cameras, GridSection, Photos, StudySection, TankSection, TrueTank, Truth};
+use super::inputs::{
+    CameraSource, Cameras, GridSection, Photos, StudySection, TankSection, TrueTank, Truth, find_photographs,
+};
 use super::render::RenderSection;
 use crate::calibration::RegisterParams;
 use crate::calibration::masks::MaskParams;

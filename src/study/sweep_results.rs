@@ -6,8 +6,8 @@
 
 use super::batch::{Batch, Point, Study};
 use super::folder::Fresh;
-use super::graph::StudyNodes;
 use super::lock::Lock;
+use super::nodes::StudyNodes;
 use super::results::{made, put_numbers, put_roots};
 use super::settings::Settings;
 use super::sweep_curves::Curves;

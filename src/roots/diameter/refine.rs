@@ -153,10 +153,12 @@ mod tests {
             let profiles = seen(&truth, shade);
             let found = shift(&profiles, &Vec3::z(), 0.9, &bars, &params).unwrap();
             assert!((found - truth).norm() < 0.08, "{found} at shade {shade}");
-            // The search over all widths is a first one: its steps are a third of the width.
-            for (expected, near) in [(None, 0.1), (Some(0.7), 0.05)] {
-                let width = common(&seen(&Vec3::zeros(), shade), &bars, expected, &params).unwrap();
-                assert!((width.diameter_mm - 0.9).abs() < near, "{width:?}");
+            // As the stage measures: over all widths, then about the one found; and from a start that is far off.
+            let profiles = seen(&Vec3::zeros(), shade);
+            let first = common(&profiles, &bars, None, &params).unwrap().diameter_mm;
+            for expected_mm in [first, 0.7] {
+                let width = common(&profiles, &bars, Some(expected_mm), &params).unwrap();
+                assert!((width.diameter_mm - 0.9).abs() < 0.05, "{width:?} from {expected_mm}");
             }
         }
     }

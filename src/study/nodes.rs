@@ -1,0 +1,76 @@
+//! The nodes of a study whose results people look at.
+
+use crate::flow::NodeId;
+
+/// The nodes of cameras found in the photographs.
+#[derive(Debug, Clone)]
+pub struct CalibrationNodes {
+    /// The mask for structure from motion.
+    pub mask: NodeId,
+    /// Cameras, quality, uncertainties.
+    pub pose: NodeId,
+    /// Outlines and ring.
+    pub pictures: NodeId,
+}
+
+/// The nodes of a study whose results people look at.
+#[derive(Debug, Clone)]
+pub struct StudyNodes {
+    /// Name of each photograph, in capture order.
+    pub photos: Vec<String>,
+    /// The photographs themselves.
+    pub photo_nodes: Vec<NodeId>,
+    /// Lens and poses.
+    pub cameras: NodeId,
+    /// How they were found, where the photographs gave them.
+    pub calibration: Option<CalibrationNodes>,
+    /// The extracted root voxels.
+    pub extract: NodeId,
+    /// Roots, traits and their files.
+    pub traits: NodeId,
+    /// The OME-Zarr image.
+    pub volume: NodeId,
+    /// Its labels.
+    pub labels: NodeId,
+    /// What is seen of the water.
+    pub sight: NodeId,
+    /// One overlay per photograph.
+    pub overlays: Vec<NodeId>,
+    /// The traced roots on each photograph.
+    pub root_overlays: Vec<NodeId>,
+    /// How the traits vary over resampled views, where the study asks for it.
+    pub spread: Option<NodeId>,
+    /// Pictures of a slice, where the study asks for one.
+    pub slices: Option<NodeId>,
+    /// The score of the root voxels, where the truth is known.
+    pub score: Option<NodeId>,
+    /// The score of the traced roots, where the truth is known.
+    pub roots_score: Option<NodeId>,
+    /// Errors of cameras and tank, where the capture was simulated.
+    pub camera_errors: Option<NodeId>,
+}
+
+impl StudyNodes {
+    /// The nodes of the numbers: what a point of a sweep is compared by.
+    pub fn numbers(&self) -> Vec<NodeId> {
+        let truth = self.score.into_iter().chain(self.camera_errors);
+        [self.cameras, self.extract].into_iter().chain(self.slices).chain(truth).collect()
+    }
+
+    /// The nodes of what is measured on traced roots.
+    pub fn measures(&self) -> impl Iterator<Item = NodeId> {
+        std::iter::once(self.traits).chain(self.roots_score)
+    }
+
+    /// All nodes that a run brings up to date.
+    pub fn targets(&self) -> Vec<NodeId> {
+        let mut targets = self.numbers();
+        targets.extend(self.measures());
+        targets.extend([self.volume, self.labels, self.sight]);
+        targets.extend(&self.overlays);
+        targets.extend(self.calibration.as_ref().map(|c| c.pictures));
+        targets.extend(&self.root_overlays);
+        targets.extend(self.spread);
+        targets
+    }
+}
