@@ -98,34 +98,74 @@ pub struct Hull {
     pub volume: f64,
 }
 
+/// Shifts of the points, parts of their extent, tried in turn until the hull closes.
+const JOGGLES: [f64; 4] = [0.0, 1e-8, 1e-7, 1e-6];
+
 /// The hull of points in space; of flat sets the volume is 0 and the corners are all points.
+///
+/// Many points on one plane can leave faces of no area, whose sides rounding decides: where the surface would not stay
+/// closed, the points are shifted a little (at most a millionth of their extent) and taken again.
 pub fn spatial(points: &[Vec3]) -> Hull {
-    let Some(mut faces) = tetrahedron(points) else { return Hull { corners: points.to_vec(), volume: 0.0 } };
     let extent = points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max);
-    let inside = faces.iter().flatten().map(|&k| points[k]).sum::<Vec3>() / 12.0;
-    let tolerance = 1e-9 * extent;
+    let hull = JOGGLES.iter().find_map(|part| {
+        let shifted: Vec<Vec3> = points.iter().enumerate().map(|(k, p)| p + part * extent * scatter(k)).collect();
+        let Some(first) = tetrahedron(&shifted) else { return Some((Vec::new(), 0.0)) };
+        let faces = closed(&shifted, first, 1e-9 * extent * f64::from(u8::from(*part == 0.0)))?;
+        let volume = enclosed(&shifted, &faces);
+        Some((faces, volume))
+    });
+    // Points that no shift brings into general position have no volume that could be told.
+    let (faces, volume) = hull.unwrap_or((Vec::new(), f64::NAN));
+    if faces.is_empty() {
+        return Hull { corners: points.to_vec(), volume };
+    }
+    let mut used: Vec<usize> = faces.into_iter().flatten().collect();
+    used.sort_unstable();
+    used.dedup();
+    Hull { corners: used.into_iter().map(|k| points[k]).collect(), volume }
+}
+
+/// A direction of its own for every point, each part within ±1 (the fractions of an irrational's multiples).
+fn scatter(k: usize) -> Vec3 {
+    let part = |irrational: f64| 2.0 * ((k + 1) as f64 * irrational).fract() - 1.0;
+    Vec3::new(part(0.754_877_666_246_693), part(0.569_840_290_998_053), part(0.618_033_988_749_895))
+}
+
+/// The faces of the hull, grown from a tetrahedron's point by point; none where the surface does not stay closed.
+fn closed(points: &[Vec3], mut faces: Vec<[usize; 3]>, tolerance: f64) -> Option<Vec<[usize; 3]>> {
     let height = |f: &[usize; 3], p: &Vec3| {
         let normal = (points[f[1]] - points[f[0]]).cross(&(points[f[2]] - points[f[0]]));
         normal.dot(&(p - points[f[0]])) / normal.norm().max(1e-300)
     };
     for (p, point) in points.iter().enumerate() {
-        let (seen, rest): (Vec<[usize; 3]>, Vec<[usize; 3]>) = faces.iter().partition(|f| height(f, point) > tolerance);
+        let (seen, rest): (Vec<[usize; 3]>, Vec<[usize; 3]>) =
+            faces.iter().partition(|f| !f.contains(&p) && height(f, point) > tolerance);
         if seen.is_empty() {
             continue;
         }
-        faces = rest;
         let edges: Vec<(usize, usize)> = seen.iter().flat_map(|f| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])]).collect();
         // The rim: edges of seen faces whose other side is not seen.
-        faces.extend(edges.iter().filter(|(a, b)| !edges.contains(&(*b, *a))).map(|&(a, b)| [a, b, p]));
+        let rim: Vec<(usize, usize)> = edges.iter().filter(|(a, b)| !edges.contains(&(*b, *a))).copied().collect();
+        let mut corners: Vec<usize> = seen.iter().flatten().copied().collect();
+        corners.sort_unstable();
+        corners.dedup();
+        // What is seen of a convex body is a disc: faces = rim + 2 inner corners - 2 (Euler).
+        if seen.len() + rim.len() + 2 != 2 * corners.len() {
+            return None;
+        }
+        faces = rest;
+        faces.extend(rim.iter().map(|&(a, b)| [a, b, p]));
     }
-    let volume = faces
-        .iter()
-        .map(|f| (points[f[0]] - inside).dot(&(points[f[1]] - inside).cross(&(points[f[2]] - inside))) / 6.0)
-        .sum();
-    let mut used: Vec<usize> = faces.into_iter().flatten().collect();
-    used.sort_unstable();
-    used.dedup();
-    Hull { corners: used.into_iter().map(|k| points[k]).collect(), volume }
+    Some(faces)
+}
+
+/// The volume within a closed surface.
+fn enclosed(points: &[Vec3], faces: &[[usize; 3]]) -> f64 {
+    let Some(first) = faces.first() else { return 0.0 };
+    let inside = points[first[0]];
+    let part =
+        |f: &[usize; 3]| (points[f[0]] - inside).dot(&(points[f[1]] - inside).cross(&(points[f[2]] - inside))) / 6.0;
+    faces.iter().map(part).sum()
 }
 
 /// Four faces about four far points, normals outwards; none for a flat set.
@@ -147,4 +187,26 @@ fn tetrahedron(points: &[Vec3]) -> Option<Vec<[usize; 3]>> {
     // Seen from d, a-b-c turns clockwise when d lies above: then it faces away as it must.
     let (b, c) = if height > 0.0 { (c, b) } else { (b, c) };
     Some(vec![[a, b, c], [a, c, d], [c, b, d], [b, a, d]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_of_a_lattice_have_the_hull_of_its_box() {
+        let n = [5_usize, 7, 9];
+        for step in [4.0, 0.1, 1.0 / 3.0] {
+            let points: Vec<Vec3> = (0..n[0] * n[1] * n[2])
+                .map(|k| Vec3::new((k % n[0]) as f64, (k / n[0] % n[1]) as f64, (k / n[0] / n[1]) as f64) * step)
+                .collect();
+            // Turned, so that rounding tears the planes.
+            let turn = nalgebra::Rotation3::from_euler_angles(0.3, 0.7, 1.1);
+            let turned: Vec<Vec3> = points.iter().map(|p| turn * p).collect();
+            for points in [points, turned] {
+                let (hull, want) = (spatial(&points), 4.0 * 6.0 * 8.0 * step.powi(3));
+                assert!((hull.volume / want - 1.0).abs() < 1e-4, "{} for {want}", hull.volume);
+            }
+        }
+    }
 }
