@@ -31,7 +31,7 @@ pub struct Judgement {
 
 impl Stage for EvaluateRoots {
     const NAME: &'static str = "evaluate-roots";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let truth = truth(inputs.one("truth")?)?;
