@@ -102,6 +102,23 @@ fn hulls_of_a_box() {
 }
 
 #[test]
+fn points_of_a_lattice_have_the_hull_of_its_box() {
+    let n = [5_usize, 7, 9];
+    for step in [4.0, 0.1, 1.0 / 3.0] {
+        let points: Vec<Vec3> = (0..n[0] * n[1] * n[2])
+            .map(|k| Vec3::new((k % n[0]) as f64, (k / n[0] % n[1]) as f64, (k / n[0] / n[1]) as f64) * step)
+            .collect();
+        // Turned, so that rounding tears the planes.
+        let turn = nalgebra::Rotation3::from_euler_angles(0.3, 0.7, 1.1);
+        let turned: Vec<Vec3> = points.iter().map(|p| turn * p).collect();
+        for points in [points, turned] {
+            let (hull, want) = (spatial(&points), 4.0 * 6.0 * 8.0 * step.powi(3));
+            assert!((hull.volume / want - 1.0).abs() < 1e-4, "{} for {want}", hull.volume);
+        }
+    }
+}
+
+#[test]
 fn no_roots_no_panic() {
     let all = traits(&[], 12.0, &TraitParams::default());
     assert_eq!(value(&all, "total_root_length_mm"), 0.0);
