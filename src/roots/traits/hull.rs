@@ -103,8 +103,8 @@ const JOGGLES: [f64; 4] = [0.0, 1e-8, 1e-7, 1e-6];
 
 /// The hull of points in space; of flat sets the volume is 0 and the corners are all points.
 ///
-/// Many points on one plane can leave faces of no area, whose sides rounding decides: where the surface would not stay
-/// closed, the points are shifted a little (at most a millionth of their extent) and taken again.
+/// Along a nearly straight stretch faces are slivers, and rounding decides from which side they are seen: where the surface
+/// would not stay closed, the points are shifted a little (at most a millionth of their extent) and taken again.
 pub fn spatial(points: &[Vec3]) -> Hull {
     let extent = points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max);
     let hull = JOGGLES.iter().find_map(|part| {
