@@ -6,8 +6,8 @@ use crate::error::{Error, Result};
 use crate::evaluation::Score;
 use crate::flow::{Engine, Report};
 use crate::study::batch::{Batch, Study};
-use crate::study::results;
 use crate::study::sweep_results::Swept;
+use crate::study::{folder, results};
 use clap::Args;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -51,6 +51,7 @@ impl Run {
             return Err(Error::usage(format!("--best {column}: `{}` is no sweep", self.study.study.display()))
                 .help("lay a [sweep] over it, such as --set 'sweep.extract.high=[0.8, 1.0]'"));
         }
+        folder::check_writable(&self.results)?;
         let store = self.store.open()?;
         let (targets, threads) = (batch.targets(), self.machine.threads());
         let watch = Watch::new(&batch.graph, &store, &targets, batch.names(), threads, self.trace.trace.clone())?;

@@ -103,13 +103,13 @@ impl Graph {
     /// Whether each node is one of `targets` or upstream of one, in the order of [`Self::nodes`].
     pub fn upstream(&self, targets: &[NodeId]) -> Vec<bool> {
         let mut reached = vec![false; self.nodes.len()];
-        let mut open: Vec<usize> = targets.iter().map(|target| target.0).collect();
-        while let Some(n) = open.pop() {
-            if !std::mem::replace(&mut reached[n], true) {
-                open.extend(self.nodes[n].inputs());
-            }
-        }
+        self.walk().upstream(targets).into_iter().for_each(|n| reached[n.0] = true);
         reached
+    }
+
+    /// A walk upstream from many groups of targets in turn.
+    pub fn walk(&self) -> Walk<'_> {
+        Walk { graph: self, turn: 0, seen: vec![0; self.nodes.len()] }
     }
 
     /// The label of a node.
@@ -153,5 +153,29 @@ impl Graph {
     pub fn find(&self, label: &str) -> Result<NodeId> {
         let found = self.nodes.iter().position(|node| node.label == label);
         found.map(NodeId).ok_or_else(|| Error::usage(format!("there is no node `{label}`")))
+    }
+}
+
+/// Walks upstream from one group of targets after the other: each costs what it reaches, not the whole graph.
+pub struct Walk<'a> {
+    graph: &'a Graph,
+    turn: u32,
+    /// The turn in which each node was last reached.
+    seen: Vec<u32>,
+}
+
+impl Walk<'_> {
+    /// `targets` and everything upstream of them, each node once, in no order.
+    pub fn upstream(&mut self, targets: &[NodeId]) -> Vec<NodeId> {
+        self.turn += 1;
+        let mut reached = Vec::new();
+        let mut open: Vec<usize> = targets.iter().map(|target| target.0).collect();
+        while let Some(n) = open.pop() {
+            if std::mem::replace(&mut self.seen[n], self.turn) != self.turn {
+                reached.push(NodeId(n));
+                open.extend(self.graph.nodes[n].inputs());
+            }
+        }
+        reached
     }
 }

@@ -8,6 +8,7 @@ use std::time::Instant;
 use super::change::{Change, Now, nearest};
 use super::graph::{Graph, Kind};
 use super::key::key;
+use super::resident::Resident;
 use super::stage::{Inputs, Progress, Work};
 use crate::error::{Error, Result};
 use crate::store::{Artefact, Digest, FORMAT, InputRecord, Key, Manifest, Store, VirtualArtefact, digest_of};
@@ -53,6 +54,7 @@ pub(super) fn run(graph: &Graph, store: &Store, job: &Job, started: &dyn Fn(Vec<
     }
     let mut draft = store.draft()?;
     let begun = (jiff::Timestamp::now(), Instant::now());
+    let resident = Resident::watch();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(job.threads)
         .stack_size(8 << 20)
@@ -60,6 +62,7 @@ pub(super) fn run(graph: &Graph, store: &Store, job: &Job, started: &dyn Fn(Vec<
         .map_err(|e| Error::failed(format!("cannot start threads: {e}")))?;
     let output = &mut draft.output;
     let ran = pool.install(|| catch_unwind(AssertUnwindSafe(|| work.run(&inputs, output, &job.progress))));
+    let resident_peak_bytes = resident.peak_bytes();
     ran.unwrap_or_else(|panic| Err(panicked(&*panic)))?;
 
     let mut known: BTreeMap<usize, Digest> =
@@ -83,6 +86,7 @@ pub(super) fn run(graph: &Graph, store: &Store, job: &Job, started: &dyn Fn(Vec<
         learned.push((*n, manifest));
     }
     let mut manifest = describe(graph, job.node, &known, &**work, job, begun)?;
+    manifest.resident_peak_bytes = resident_peak_bytes;
     store.close(&mut draft, &mut manifest)?;
     let before = history.iter().rfind(|past| past.label == manifest.label);
     let same_output = before.is_some_and(|past| past.digest == manifest.digest);
@@ -167,7 +171,7 @@ fn describe(
         members: Vec::new(),
         started: begun.0.to_string(),
         seconds: begun.1.elapsed().as_secs_f64(),
-        peak_bytes: work.peak_bytes(),
+        resident_peak_bytes: None,
         threads: job.threads,
         host: gethostname::gethostname().to_string_lossy().into_owned(),
         program: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned(),

@@ -92,8 +92,10 @@ pub struct Manifest {
     pub started: String,
     /// How long it took, in seconds.
     pub seconds: f64,
-    /// Bytes the stage said that it may hold at its peak.
-    pub peak_bytes: u64,
+    /// The largest resident memory of the whole process while the stage ran, bytes; what ran beside it is in it.
+    /// Unknown where the machine does not tell, and of values that were streamed into their consumer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resident_peak_bytes: Option<u64>,
     /// Threads the run could use.
     pub threads: usize,
     /// Machine it ran on.

@@ -151,13 +151,13 @@ impl Batch {
     /// `extract [2]`, `rootness [1-4]`, `render/003.jpg [every-ray]`.
     pub fn names(&self) -> Vec<String> {
         let mut owners: Vec<Vec<(usize, usize)>> = self.graph.nodes().map(|_| Vec::new()).collect();
-        let mut points = 0;
+        let (mut points, mut walk) = (0, self.graph.walk());
         for (s, study) in self.studies.iter().enumerate() {
             for point in study.points.iter().filter(|p| p.planned.is_ok()) {
                 points += 1;
-                let reached = self.graph.upstream(&study.targets_of(point));
-                let reached = owners.iter_mut().zip(reached).filter(|(_, reached)| *reached);
-                reached.for_each(|(owners, _)| owners.push((s, point.number)));
+                for node in walk.upstream(&study.targets_of(point)) {
+                    owners[node.index()].push((s, point.number));
+                }
             }
         }
         let name = |(node, owners): (NodeId, Vec<(usize, usize)>)| {

@@ -1,10 +1,13 @@
 //! `ro-crate-metadata.json`: what the results folder is and where it comes from, as repositories read it.
 //!
 //! RO-Crate 1.1: the root data set, its files, and the action that made them: the program (instrument), the inputs with
-//! their digests (object) and the results (result). See <https://www.researchobject.org/ro-crate/>.
+//! their digests (object), the results (result), and the memory it took (resourceUsage, a term of the Workflow Run
+//! profile). See <https://www.researchobject.org/ro-crate/>.
 
+use super::batch::{Batch, Study};
 use super::lock::Lock;
 use crate::error::{Error, Result};
+use crate::flow::Report;
 use serde_json::{Value, json};
 
 /// Files and folders of results, with their form and what they are.
@@ -47,11 +50,50 @@ pub fn parts(page: &[u8]) -> Option<Vec<String>> {
     parts.map(|part| Some(part["@id"].as_str()?.to_owned())).collect()
 }
 
-/// The metadata of a results folder that holds `entries`; `made` is when its main node was computed (RFC 3339).
+/// What is known of the run that made a result.
+#[derive(Debug, Default)]
+pub struct Made {
+    /// When the roots were extracted, the latest of all points (RFC 3339); empty where none were.
+    pub time: String,
+    /// The machine that did it.
+    pub host: String,
+    /// The largest resident memory of the program while a node of the study ran, bytes.
+    pub resident_peak_bytes: Option<u64>,
+}
+
+impl Made {
+    /// What the nodes of the study say.
+    pub fn of(batch: &Batch, study: &Study, report: &Report) -> Self {
+        let extracts =
+            study.points.iter().filter_map(|point| point.planned.as_ref().ok().map(|(_, nodes)| nodes.extract));
+        let latest = extracts.filter_map(|node| report.manifest(node)).max_by(|a, b| a.started.cmp(&b.started));
+        let reached = batch.graph.walk().upstream(&study.targets());
+        Self {
+            time: latest.map(|m| m.started.clone()).unwrap_or_default(),
+            host: latest.map(|m| m.host.clone()).unwrap_or_default(),
+            resident_peak_bytes: reached.iter().filter_map(|n| report.manifest(*n)?.resident_peak_bytes).max(),
+        }
+    }
+}
+
+/// The licence as the metadata names it: the address of an SPDX name, an address as it is, or that none is given.
+fn license(lock: &Lock) -> Value {
+    let given = lock.settings.get("study.license").map(|toml| toml.trim_matches(['"', '\'']).to_owned());
+    match given {
+        Some(url) if url.contains("://") => json!({ "@id": url, "@type": "CreativeWork", "name": url }),
+        Some(name) => {
+            json!({ "@id": format!("https://spdx.org/licenses/{name}"), "@type": "CreativeWork", "name": name })
+        }
+        None => json!({ "@id": "#license", "@type": "CreativeWork", "name": "No licence given",
+            "description": "The study does not say under what licence its results are: ask those who made them" }),
+    }
+}
+
+/// The metadata of a results folder that holds `entries`.
 ///
 /// # Errors
 /// Where it cannot be written as JSON.
-pub fn text(lock: &Lock, entries: &[(String, bool)], made: &str) -> Result<String> {
+pub fn text(lock: &Lock, entries: &[(String, bool)], made: &Made) -> Result<String> {
     let part = |(name, is_folder): &(String, bool)| {
         let known = KNOWN.iter().find(|(known, ..)| known == name);
         let (form, about) = known.map_or(("application/octet-stream", ""), |(_, form, about)| (form, about));
@@ -69,18 +111,33 @@ pub fn text(lock: &Lock, entries: &[(String, bool)], made: &str) -> Result<Strin
                 "identifier": format!("blake3:{digest}") }))
         })
         .collect();
+    let license = license(lock);
+    let usage: Vec<Value> = made
+        .resident_peak_bytes
+        .map(|bytes| {
+            json!({ "@id": "#resident-peak", "@type": "PropertyValue", "name": "Largest resident memory",
+                "value": bytes.to_string(), "unitText": "bytes" })
+        })
+        .into_iter()
+        .collect();
     let mut graph = vec![
         json!({ "@id": NAME, "@type": "CreativeWork", "about": { "@id": "./" },
             "conformsTo": { "@id": "https://w3id.org/ro/crate/1.1" } }),
         json!({ "@id": "./", "@type": "Dataset", "name": format!("Root system `{}`", lock.study),
             "description": "3D root system reconstructed from photographs of a plant in a water-filled cylinder",
-            "datePublished": made, "hasPart": ids(&parts), "mentions": { "@id": "#run" } }),
+            "datePublished": made.time, "license": { "@id": license["@id"] }, "hasPart": ids(&parts),
+            "mentions": { "@id": "#run" } }),
         json!({ "@id": "#rootvox", "@type": "SoftwareApplication", "name": "rootvox", "version": lock.rootvox }),
         json!({ "@id": "#run", "@type": "CreateAction", "name": format!("rootvox run of `{}`", lock.study),
-            "endTime": made, "instrument": { "@id": "#rootvox" }, "object": ids(&inputs), "result": ids(&parts) }),
+            "description": format!("Computed on `{}`", made.host), "endTime": made.time,
+            "instrument": { "@id": "#rootvox" }, "object": ids(&inputs), "result": ids(&parts),
+            "resourceUsage": ids(&usage) }),
+        license,
     ];
+    graph.extend(usage);
     graph.extend(parts);
     graph.extend(inputs);
-    let page = json!({ "@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph });
+    let context = ["https://w3id.org/ro/crate/1.1/context", "https://w3id.org/ro/terms/workflow-run/context"];
+    let page = json!({ "@context": context, "@graph": graph });
     serde_json::to_string_pretty(&page).map(|t| t + "\n").map_err(|e| Error::failed(format!("RO-Crate: {e}")))
 }

@@ -2,7 +2,7 @@
 //!
 //! Its `study.lock` says which nodes it was made from; a folder whose lock is equal, and which is complete, is left alone.
 
-use super::crate_metadata;
+use super::crate_metadata::{self, Made};
 use super::lock::Lock;
 use crate::error::{Error, Result};
 use crate::flow::{NodeId, Report};
@@ -60,11 +60,11 @@ impl Fresh {
         copy(&report.artefact(node)?.path(member)?, &self.folder.path().join(name))
     }
 
-    /// Adds the metadata, saying that the result is of the time `made` (RFC 3339), and puts the folder in its place.
+    /// Adds the metadata with what is known of the run, and puts the folder in its place.
     ///
     /// # Errors
     /// Where it cannot be replaced; the old results then stay as they were.
-    pub fn publish(self, lock: &Lock, made: &str) -> Result<()> {
+    pub fn publish(self, lock: &Lock, made: &Made) -> Result<()> {
         let folder = self.folder.path();
         let entries = fs::read_dir(folder).map_err(|e| Error::io("list", folder, e))?.flatten();
         let mut entries: Vec<_> =
@@ -73,6 +73,17 @@ impl Fresh {
         self.write(crate_metadata::NAME, crate_metadata::text(lock, &entries, made)?.as_bytes())?;
         swap_in(self.folder, &self.target)
     }
+}
+
+/// Fails where no results could be written into `results_dir`, before anything is computed for them.
+///
+/// # Errors
+/// Where it, or the folder it would be made in, cannot be written.
+pub fn check_writable(results_dir: &Path) -> Result<()> {
+    let mut there = results_dir.ancestors().filter(|a| a.as_os_str().is_empty() || a.exists());
+    let there = there.next().filter(|a| !a.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let tried = tempfile::Builder::new().prefix(".rootvox-").tempdir_in(there);
+    tried.map(drop).map_err(|e| Error::io("write into", results_dir, e).help("name another folder with --results"))
 }
 
 /// Whether every part that the folder's metadata names is there: somebody may have removed one.

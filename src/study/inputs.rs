@@ -15,6 +15,8 @@ pub struct StudySection {
     pub name: Option<String>,
     /// Free text for people; no result depends on it.
     pub description: Option<String>,
+    /// Licence of the results, an SPDX name such as `CC-BY-4.0` or an address; stands in `ro-crate-metadata.json`.
+    pub license: Option<String>,
 }
 
 /// `[photos]`: which photographs, in capture order.

@@ -108,19 +108,19 @@ impl Lock {
         let points = if study.is_sweep() { study.points.iter().zip(settings).map(point).collect() } else { Vec::new() };
         let reached = batch.graph.upstream(&study.targets());
         let (mut work, mut nodes): (Vec<Work>, _) = (Vec::new(), Vec::new());
+        let mut places: BTreeMap<String, usize> = BTreeMap::new();
         for (n, node) in batch.graph.nodes().zip(batch.names()).filter(|(n, _)| reached[n.index()]) {
-            let of_node = match (batch.graph.stage(n), batch.graph.version(n)) {
+            let at = match (batch.graph.stage(n), batch.graph.version(n)) {
                 (Some(stage), Some(version)) => {
-                    Some(Work { stage: stage.to_owned(), version, params: batch.graph.params(n)? })
+                    let params = batch.graph.params(n)?;
+                    let place = *places.entry(format!("{stage} {version} {params}")).or_insert(work.len());
+                    if place == work.len() {
+                        work.push(Work { stage: stage.to_owned(), version, params });
+                    }
+                    Some(place)
                 }
                 _ => None,
             };
-            let at = of_node.map(|own| {
-                work.iter().position(|w| *w == own).unwrap_or_else(|| {
-                    work.push(own);
-                    work.len() - 1
-                })
-            });
             nodes.push(LockedNode { node, work: at, key: report.key(n), digest: report.digest(n) });
         }
         Ok(Self {

@@ -1,6 +1,7 @@
 //! The results of one study: what people look at and what other programs read, copied out of the store.
 
 use super::batch::{Batch, Study};
+use super::crate_metadata::Made;
 use super::folder::Fresh;
 use super::lock::Lock;
 use super::nodes::StudyNodes;
@@ -56,14 +57,8 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) 
         put_calibration(&fresh, nodes, report)?;
         fresh.write("report.html", page(settings, &batch.graph, nodes, report)?.as_bytes())?;
     }
-    let made = study.points.iter().find_map(|p| made(p.planned.as_ref().ok().map(|(_, n)| n)?, report));
-    fresh.publish(&lock, &made.unwrap_or_default())?;
+    fresh.publish(&lock, &Made::of(batch, study, report))?;
     Ok(true)
-}
-
-/// When a point's roots were extracted (RFC 3339).
-pub fn made(nodes: &StudyNodes, report: &Report) -> Option<String> {
-    report.manifest(nodes.extract).map(|manifest| manifest.started.clone())
 }
 
 /// Puts the files of the traced roots under `prefix`.

@@ -5,10 +5,11 @@
 //! table with their error and on the sheet with an empty panel.
 
 use super::batch::{Batch, Point, Study};
+use super::crate_metadata::Made;
 use super::folder::Fresh;
 use super::lock::Lock;
 use super::nodes::StudyNodes;
-use super::results::{made, put_numbers, put_roots};
+use super::results::{put_numbers, put_roots};
 use super::settings::Settings;
 use super::sweep_curves::Curves;
 use super::table::Table;
@@ -18,6 +19,7 @@ use crate::flow::{NodeId, Report};
 use crate::report::contact::{Panel, Slice, sheet};
 use crate::stages::evaluate_roots::Judgement;
 use crate::stages::extract::{self, RootPoint};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Columns of a contact sheet at most, where the fastest axis has more values.
@@ -35,11 +37,15 @@ pub struct Swept<'a> {
 impl<'a> Swept<'a> {
     /// What a run made of the study; `failures` are those of all nodes.
     pub fn new(batch: &'a Batch, study: &'a Study, report: &'a Report, failures: &[(NodeId, Error)]) -> Self {
+        let faults: BTreeMap<NodeId, &Error> = failures.iter().rev().map(|(node, error)| (*node, error)).collect();
+        let mut walk = batch.graph.walk();
         let fault = |point: &Point| match &point.planned {
             Err(error) => Some(error.clone()),
+            Ok(_) if faults.is_empty() => None,
             Ok(_) => {
-                let reached = batch.graph.upstream(&study.targets_of(point));
-                failures.iter().find(|(node, _)| reached[node.index()]).map(|(_, error)| error.clone())
+                let reached = walk.upstream(&study.targets_of(point));
+                let first = reached.iter().filter_map(|node| faults.get_key_value(node)).min_by_key(|(node, _)| **node);
+                first.map(|(_, error)| (*error).clone())
             }
         };
         let failed = study.points.iter().map(fault).collect();
@@ -197,8 +203,7 @@ impl<'a> Swept<'a> {
             fresh.write("curves.csv", &curves.csv()?)?;
         }
         fresh.write("contact.svg", self.contact()?.as_bytes())?;
-        let made = self.done().filter_map(|(_, _, nodes)| made(nodes, self.report)).max();
-        fresh.publish(&lock, &made.unwrap_or_default())?;
+        fresh.publish(&lock, &Made::of(self.batch, self.study, self.report))?;
         Ok(true)
     }
 }

@@ -127,6 +127,14 @@ fn a_store_that_cannot_be_written_is_named() {
 }
 
 #[test]
+fn results_that_cannot_be_written_are_told_of_before_anything_is_computed() {
+    let capture = Capture::new();
+    fs::write(capture.path("results"), b"a file").expect("can write");
+    refused(&capture, &[], 1, &["results", "--results"]);
+    assert!(!capture.path("cache").join("v1").exists(), "something was computed");
+}
+
+#[test]
 fn numbers_that_are_none_are_shown_at_their_place() {
     let capture = Capture::new();
     for (set, words) in [

@@ -109,5 +109,10 @@ fn results_say_what_they_are() {
         assert!(capture.path("results/tiny").join(part["@id"].as_str().expect("an id")).exists(), "{part}");
         assert_ne!(part["description"], "", "{part}");
     }
+    assert!(entity("#resident-peak")["value"].as_str().expect("measured").parse::<u64>().expect("bytes") > 1 << 20);
+    assert_eq!(entity("./")["license"]["@id"], "#license");
+    capture.run(&["--set", "study.license='CC-BY-4.0'"]).assert().success();
+    let text = fs::read_to_string(capture.path("results/tiny/ro-crate-metadata.json")).expect("is there");
+    assert!(text.contains("https://spdx.org/licenses/CC-BY-4.0"), "{text}");
     assert_eq!(entity("#run")["object"].as_array().expect("inputs").len(), 7, "six photographs and the cameras");
 }

@@ -5,6 +5,9 @@ use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value};
 
+/// Longest root, mm: no cylinder that is photographed holds more.
+const MAX_LENGTH_MM: f64 = 10_000.0;
+
 /// The main roots, which start at the crown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -194,7 +197,9 @@ impl GrowthParams {
         let share = |x: f64| (0.0..=1.0).contains(&x);
         let m = &self.main;
         need((1..=1000).contains(&m.count), "main.count", m.count.to_string(), "give 1 to 1000 main roots");
-        need(positive(m.length_mm), "main.length_mm", m.length_mm.to_string(), "give a positive length in mm");
+        let length = |x: f64| positive(x) && x <= MAX_LENGTH_MM;
+        let lengths = "give a length in mm, above 0 and at most 10000";
+        need(length(m.length_mm), "main.length_mm", m.length_mm.to_string(), lengths);
         need(share(m.length_spread), "main.length_spread", m.length_spread.to_string(), "give a share, 0 to 1");
         for (key, d) in [
             ("main.base_diameter_mm", m.base_diameter_mm),
@@ -207,7 +212,7 @@ impl GrowthParams {
         for (order, l) in [("first_order", &self.first_order), ("second_order", &self.second_order)] {
             let key = |name: &str| format!("{order}.{name}");
             need(l.count <= 100_000, &key("count"), l.count.to_string(), "give at most 100000 laterals");
-            need(positive(l.length_mm), &key("length_mm"), l.length_mm.to_string(), "give a positive length in mm");
+            need(length(l.length_mm), &key("length_mm"), l.length_mm.to_string(), lengths);
             need(share(l.length_spread), &key("length_spread"), l.length_spread.to_string(), "give a share, 0 to 1");
             let [a, b] = l.zone;
             need(share(a) && share(b) && a <= b, &key("zone"), format!("[{a}, {b}]"), "give shares 0 to 1, from <= to");
@@ -311,6 +316,16 @@ mod tests {
         }
         let error = toml::from_str::<GrowthParams>("second_order = { lenght_mm = 3 }").unwrap_err().to_string();
         assert!(error.contains("second_order") && error.contains("lenght_mm"), "{error}");
+    }
+
+    #[test]
+    fn lengths_that_no_tank_holds_are_refused() {
+        for length_mm in [0.0, -1.0, 1e12, f64::INFINITY, f64::NAN] {
+            let mut params = GrowthParams::default();
+            params.second_order.length_mm = length_mm;
+            let message = params.check().unwrap_err().to_string();
+            assert!(message.contains("second_order.length_mm"), "{message}");
+        }
     }
 
     #[test]
