@@ -73,7 +73,8 @@ impl pulp::WithSimd for MapAll<'_> {
                 let mut march = March::new(map, grid.origin_mm[0], &y, k as f64, 1.0, 1.0);
                 for i in 0..columns {
                     let x = grid.point_mm(0.0, 0.0, i as f64).x;
-                    let wanted: [bool; LANES] = std::array::from_fn(|l| j + l < rows && x.hypot(y[l]) <= 85.0);
+                    let wanted: [bool; LANES] =
+                        std::array::from_fn(|l| j + l < rows && x * x + y[l] * y[l] <= 85.0 * 85.0);
                     if wanted.contains(&true) {
                         let lanes = march.column(i, &wanted);
                         sum += map.clear_pixels(&lanes).v.iter().filter(|v| v.is_finite()).sum::<f64>();

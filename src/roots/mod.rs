@@ -20,7 +20,7 @@ pub use hierarchy::{HierarchyParams, arrange};
 pub use repair::Repair;
 pub use ridge::{Field, RidgePoint};
 pub use system::{RootSystem, TracedRoot};
-pub use trace::{Pieces, TraceParams, trace};
+pub use trace::{Looks, Pieces, TraceParams, trace};
 
 use serde::{Deserialize, Serialize};
 

@@ -58,6 +58,31 @@ pub struct OutOfSight {
     pub way_mm: f64,
 }
 
+/// Looks of photographs at the measured points of a root.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Looks {
+    /// Those that nothing hinders: through a regular ray, not end on, and past all other roots.
+    pub unhindered: u32,
+    /// Those of them that show a root.
+    pub showing: u32,
+}
+
+impl Looks {
+    /// The share of the unhindered looks that show a root; none where there was no such look.
+    pub fn share(&self) -> Option<f64> {
+        (self.unhindered > 0).then(|| f64::from(self.showing) / f64::from(self.unhindered))
+    }
+}
+
+impl std::iter::Sum for Looks {
+    fn sum<I: Iterator<Item = Self>>(looks: I) -> Self {
+        looks.fold(Self::default(), |a, b| Self {
+            unhindered: a.unhindered + b.unhindered,
+            showing: a.showing + b.showing,
+        })
+    }
+}
+
 /// Pieces of roots and how they may hang together.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Pieces {
@@ -67,8 +92,8 @@ pub struct Pieces {
     pub smooth_mm: f64,
     /// Longest link between neighbouring ridge points, mm: what is closer touches.
     pub link_mm: f64,
-    /// Whether photographs were asked: the pieces' confidence is then the share of them that show a root.
-    pub photographed: bool,
+    /// What the photographs say of each piece; empty where none was asked.
+    pub looks: Vec<Looks>,
     /// The pieces; numbers, parents and orders are not given yet.
     pub pieces: Vec<TracedRoot>,
     /// Where ends may spring from other pieces.
@@ -123,7 +148,7 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
         step_mm: params.step_mm,
         smooth_mm: params.smooth_mm,
         link_mm: workshop.link_mm,
-        photographed: false,
+        looks: Vec::new(),
         pieces: pieces(&strands),
         ties: ties(&strands, &workshop, &params.tie),
         out_of_sight: strands.iter().enumerate().filter_map(out_of_sight).collect(),

@@ -24,7 +24,7 @@ pub struct Diameters {
 
 impl Stage for Diameters {
     const NAME: &'static str = "diameters";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn peak_bytes(&self) -> u64 {
         // All photographs in linear light, and which roots cover which pixels.
@@ -56,8 +56,7 @@ impl Stage for Diameters {
             .collect::<Result<_>>()?;
         progress.advance(1);
         progress.check()?;
-        measure(&mut pieces.pieces, &sights, &self.params)?;
-        pieces.photographed = true;
+        pieces.looks = measure(&mut pieces.pieces, &sights, &self.params)?;
         progress.advance(1);
         output.json("pieces.json", &pieces)
     }

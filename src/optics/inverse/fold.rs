@@ -17,6 +17,28 @@ pub(super) struct Fold {
     pieces: Vec<Piece>,
 }
 
+/// See [`Fold::lower_bound`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LowerBound {
+    c0: f64,
+    c1: f64,
+    c2: f64,
+}
+
+impl LowerBound {
+    /// The bound of b_fold / N₁ at s².
+    #[inline(always)]
+    pub fn ratio(&self, s2: f64) -> f64 {
+        self.c0 + s2 * (self.c1 + s2 * self.c2)
+    }
+
+    /// Its derivative in s².
+    #[inline(always)]
+    pub fn slope(&self, s2: f64) -> f64 {
+        self.c1 + 2.0 * s2 * self.c2
+    }
+}
+
 /// The fold over a range of s² as a Chebyshev series.
 #[derive(Debug, Clone)]
 struct Piece {
@@ -54,13 +76,27 @@ impl Fold {
         Self { pieces }
     }
 
-    /// Smallest b_fold / N₁, to a millionth below.
-    pub fn smallest(&self) -> f64 {
-        let of = |piece: &Piece| {
-            let at = |i: u32| piece.low + (piece.high - piece.low) * f64::from(i) / 256.0;
-            (0..=256).map(|i| piece.ratios(&[at(i)])[0]).fold(f64::INFINITY, f64::min)
-        };
-        self.pieces.iter().map(of).fold(f64::INFINITY, f64::min) * (1.0 - 1e-6)
+    /// Whether the fold has no kinks: a parabola then tells its slope.
+    pub fn is_smooth(&self) -> bool {
+        self.pieces.len() == 1
+    }
+
+    /// A parabola in s² that stays below b_fold / N₁ by at least a millionth: cheap to ask, and close to the fold where
+    /// that is smooth.
+    pub fn lower_bound(&self) -> LowerBound {
+        let largest = self.pieces.last().map_or(1.0, |piece| piece.high);
+        let ratio = |s2: f64| self.ratios(&[s2])[0];
+        // Through the ends and the middle of the range.
+        let [a, b, c] = [0.0, 0.5, 1.0].map(|t| ratio(t * largest));
+        let mut bound =
+            LowerBound { c0: a, c1: (4.0 * b - 3.0 * a - c) / largest, c2: 2.0 * (a - 2.0 * b + c) / largest.powi(2) };
+        let samples = self
+            .pieces
+            .iter()
+            .flat_map(|piece| (0..=256).map(|i| piece.low + (piece.high - piece.low) * f64::from(i) / 256.0));
+        let excess = samples.map(|s2| bound.ratio(s2) - ratio(s2)).fold(0.0, f64::max);
+        bound.c0 -= excess + 1e-6 * a;
+        bound
     }
 
     /// b_fold / N₁ at each `s²`.
@@ -82,9 +118,12 @@ impl Piece {
         let scale = 2.0 / (high - low);
         let mut terms = 8;
         while terms <= MOST_TERMS {
-            let series = chebyshev(&|t| ratio((t + 1.0) / scale + low), terms);
-            let tail: f64 = series[terms - 2..].iter().map(|c| c.abs()).sum();
-            if tail < 1e-10 * series[0] {
+            let mut series = chebyshev(&|t| ratio((t + 1.0) / scale + low), terms);
+            let tail = |from: usize| series[from..].iter().map(|c| c.abs()).sum::<f64>();
+            if tail(terms - 2) < 1e-10 * series[0] {
+                // What the last terms add together does not matter.
+                let needed = (1..terms).find(|&n| tail(n) < 1e-10 * series[0]).unwrap_or(terms);
+                series.truncate(needed);
                 return Some(Self { low, high, scale, series });
             }
             terms *= 2;
@@ -166,6 +205,14 @@ mod tests {
                 (fold.ratios(&[s * s])[0] / bisected - 1.0).abs() > 1e-8
             };
             assert_eq!((0..=1000).filter(off).count(), 0, "wall {wall}, {} pieces", fold.pieces.len());
+            let bound = fold.lower_bound();
+            let gap = |i: u32| {
+                let s2 = (0.74 * f64::from(i) / 1000.0).powi(2);
+                fold.ratios(&[s2])[0] - bound.ratio(s2)
+            };
+            let (least, most) = (0..=1000).map(gap).fold((f64::INFINITY, 0.0), |(a, b), g| (g.min(a), g.max(b)));
+            assert!(least > 0.0, "wall {wall}: the bound is {least} below");
+            assert!(most < 1.0 || wall > 0.1, "wall {wall}: the bound is {most} mm below");
         }
     }
 }

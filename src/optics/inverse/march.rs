@@ -2,11 +2,14 @@
 //! extrapolation of the columns before it, so that one Newton step is mostly enough.
 //!
 //! A step is taken as the solution where it is under 3e-4 in b (mm) and 3e-6 in s and stays inside the
-//! innermost fold: what is left after it is of the order of its square over the tank's radius, 1e-9 mm. All
+//! fold: what is left after it is of the order of its square over the tank's radius, 1e-9 mm. All
 //! other columns go to the safeguarded solution.
 //!
-//! A row whose point lies beyond the fold by more than the `reach` asked for rests until it may be back within it:
-//! the distance from the fold changes by less than [`MOST_APPROACH`] per mm. The other rows march on quickly.
+//! A row whose points lie beyond the fold goes on along the fold: its ray is the fold's own at the point's height, found by
+//! Newton's method in s alone.
+//!
+//! Columns whose points all lie beyond the fold by more than the `reach` asked for are passed over until one may be back
+//! within it: the distance from the fold changes by less than [`MOST_APPROACH`] per mm.
 
 use super::{Rays, ViewMap};
 
@@ -15,6 +18,15 @@ pub const LANES: usize = 8;
 
 /// Largest change of the distance from the fold's ray per distance gone.
 const MOST_APPROACH: f64 = 2.5;
+
+/// A row rests only where it may do so for this many columns: it starts again slowly.
+const SHORTEST_REST: f64 = 8.0;
+
+/// Steps before the safeguarded solution takes over: one is mostly enough, where a row crosses the fold two more.
+const ROUNDS: usize = 3;
+
+/// A point closer to the fold's ray than this (mm) may lie on either side of it.
+const TOUCHES: f64 = 1e-6;
 
 /// Rays of [`LANES`] neighbouring points.
 pub type Lanes = Rays<LANES>;
@@ -33,6 +45,8 @@ pub struct March<'a> {
     reach: f64,
     /// Column from which on each row is solved again.
     rests_until: [usize; LANES],
+    /// The side, ±1, of the fold that each row's last point lay beyond; else 0.
+    on_fold: [f64; LANES],
     /// The last four columns' rays, latest first, and how many of them are in use.
     past: [([f64; LANES], [f64; LANES]); 4],
     known: usize,
@@ -60,6 +74,7 @@ impl<'a> March<'a> {
             spacing,
             reach,
             rests_until: [0; LANES],
+            on_fold: [0.0; LANES],
             past: [(b, s); 4],
             known: 0,
         }
@@ -69,12 +84,11 @@ impl<'a> March<'a> {
     /// and those known to lie beyond the reach. Columns follow each other.
     #[inline(always)]
     pub fn column(&mut self, i: usize, wanted: &[bool; LANES]) -> Lanes {
-        let awake: [bool; LANES] = std::array::from_fn(|l| wanted[l] & (i >= self.rests_until[l]));
-        if !awake.contains(&true) {
+        if !(0..LANES).any(|l| wanted[l] & (i >= self.rests_until[l])) {
             // The columns' even steps end here.
             self.known = 0;
             let (b, s) = self.past[0];
-            return Lanes { b, s, distance: [f64::INFINITY; LANES], density: [0.0; LANES] };
+            return Lanes { b, s, distance: [f64::INFINITY; LANES], ..Lanes::ZERO };
         }
         let (dx, dy) = (self.step.0 * i as f64, self.step.1 * i as f64);
         let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
@@ -87,57 +101,105 @@ impl<'a> March<'a> {
             b[l] = w[0] * p0.0[l] + w[1] * p1.0[l] + w[2] * p2.0[l] + w[3] * p3.0[l];
             s[l] = w[0] * p0.1[l] + w[1] * p1.1[l] + w[2] * p2.1[l] + w[3] * p3.1[l];
         }
-        let guess = Lanes { b, s, distance: [0.0; LANES], density: [0.0; LANES] };
+        let guess = Lanes { b, s, ..Lanes::ZERO };
         let mut lanes = guess;
-        if !self.glide(&x, &y, &awake, &mut lanes) {
+        let mut follows = self.glide(&x, &y, wanted, &mut lanes);
+        if (0..LANES).any(|l| wanted[l] & !follows[l]) {
             lanes = guess;
-            self.map.solve_rays(&x, &y, self.z, &awake, &mut lanes);
+            self.map.solve_rays(&x, &y, self.z, wanted, &mut lanes);
+            follows = *wanted;
+            for l in 0..LANES {
+                let beyond = (lanes.distance[l] > TOUCHES) & self.map.fold.is_smooth();
+                self.on_fold[l] = if beyond { lanes.b[l].signum() } else { 0.0 };
+            }
         }
         self.past = [(lanes.b, lanes.s), self.past[0], self.past[1], self.past[2]];
         self.known = (self.known + 1).min(4);
-        for (l, awake) in awake.into_iter().enumerate() {
-            if !awake {
+        for l in 0..LANES {
+            if !follows[l] {
                 // Stays where it was; the weights of the extrapolation sum to one, so it starts again from there.
                 let (b, s) = (self.past[1].0[l], self.past[1].1[l]);
                 for past in &mut self.past {
                     (past.0[l], past.1[l]) = (b, s);
                 }
+            }
+            if !wanted[l] {
                 lanes.distance[l] = f64::INFINITY;
             } else if lanes.distance[l] > self.reach {
                 let columns = (lanes.distance[l] - self.reach) / (MOST_APPROACH * self.spacing);
-                self.rests_until[l] = i + (columns as usize).max(1);
+                if columns >= SHORTEST_REST {
+                    self.rests_until[l] = i + columns as usize;
+                }
             }
         }
         lanes
     }
 
-    /// Up to two plain Newton steps; whether every wanted lane has settled well inside the folds.
+    /// Plain Newton steps, up to [`ROUNDS`]; which rows have settled, well inside the folds or beyond one on its ray.
     #[inline(always)]
-    fn glide(&self, x: &[f64; LANES], y: &[f64; LANES], wanted: &[bool; LANES], lanes: &mut Lanes) -> bool {
+    fn glide(
+        &mut self,
+        x: &[f64; LANES],
+        y: &[f64; LANES],
+        wanted: &[bool; LANES],
+        lanes: &mut Lanes,
+    ) -> [bool; LANES] {
         let (low, high) = self.map.s_range;
-        let inside = self.map.innermost_fold * self.map.innermost_fold;
-        for _ in 0..2 {
-            let mut strays = [0.0; LANES];
-            for l in 0..LANES {
-                let (b, s) = (lanes.b[l], lanes.s[l]);
-                let m = self.map.path.misses(b, s, x[l], y[l], self.z);
-                let inverse = 1.0 / (m.f1_b * m.f2_s - m.f1_s * m.f2_b);
-                lanes.density[l] = inverse.abs();
-                let db = (m.f2 * m.f1_s - m.f1 * m.f2_s) * inverse;
-                let ds = (m.f1 * m.f2_b - m.f2 * m.f1_b) * inverse;
-                lanes.b[l] = b + db;
-                lanes.s[l] = s + ds;
-                let within = (lanes.b[l] * lanes.b[l] < inside * (self.map.path.n_squared[0] - s * s))
-                    & (lanes.s[l] > low)
-                    & (lanes.s[l] < high);
-                let small = (db.abs() < 3e-4) & (ds.abs() < 3e-6);
-                strays[l] = if within & small { 0.0 } else { 1.0 };
+        let (path, within_fold, z) = (self.map.path, self.map.within_fold, self.z);
+        // Copies: what may alias keeps the loop from being vectorised.
+        let (x, y) = (*x, *y);
+        let mut settled = [false; LANES];
+        for _ in 0..ROUNDS {
+            let (mut b, s, side) = (lanes.b, lanes.s, self.on_fold);
+            if side != [0.0; LANES] {
+                let fold = self.map.fold_moments(&s);
+                for l in 0..LANES {
+                    b[l] = if side[l] == 0.0 { b[l] } else { side[l] * fold[l] };
+                }
             }
-            let strays = (0..LANES).filter(|&l| wanted[l]).map(|l| strays[l]).sum::<f64>();
-            if strays == 0.0 {
-                return true;
+            let (mut next, mut strays, mut crosses) = (Lanes::ZERO, [0.0; LANES], [0.0; LANES]);
+            for l in 0..LANES {
+                let m = path.misses(b[l], s[l], x[l], y[l], z);
+                let inverse = 1.0 / (m.f1_b * m.f2_s - m.f1_s * m.f2_b);
+                next.density[l] = inverse.abs();
+                let s2 = s[l] * s[l];
+                let n1_squared = path.n_squared[0] - s2;
+                let fold = within_fold.ratio(s2);
+                let (db_free, ds_free) =
+                    ((m.f2 * m.f1_s - m.f1 * m.f2_s) * inverse, (m.f1 * m.f2_b - m.f2 * m.f1_b) * inverse);
+                // Along the fold s alone answers F₂.
+                let slope = b[l] * s[l] * (2.0 * within_fold.slope(s2) / fold - 1.0 / n1_squared);
+                let along = -m.f2 / (m.f2_s + m.f2_b * slope);
+                // Plain selects of numbers vectorise too.
+                let db = if side[l] == 0.0 { db_free } else { slope * along };
+                let ds = if side[l] == 0.0 { ds_free } else { along };
+                next.b[l] = b[l] + db;
+                next.s[l] = s[l] + ds;
+                next.wall_z[l] = m.outer_wall.moved(db, ds);
+                next.water_z[l] = m.inner_wall.moved(db, ds);
+                let beyond = side[l] * (m.f1 + m.f1_b * db + m.f1_s * ds);
+                next.distance[l] = beyond.abs();
+                let to_fold = fold * fold.abs() * n1_squared - next.b[l] * next.b[l];
+                let room = if side[l] == 0.0 { to_fold } else { beyond - TOUCHES };
+                // The slope along the fold is less exact than the derivatives of the misses.
+                let most = if side[l] == 0.0 { 3e-6 } else { 3e-7 };
+                let inside = (next.s[l] > low) & (next.s[l] < high);
+                let small = (db.abs() < 3e-4) & (ds.abs() < most);
+                crosses[l] = if room > 0.0 { 0.0 } else { 1.0 };
+                strays[l] = if inside & small { crosses[l] } else { 1.0 };
+            }
+            *lanes = next;
+            settled = strays.map(|stray| stray == 0.0);
+            if (0..LANES).all(|l| settled[l] | !wanted[l]) {
+                break;
+            }
+            if self.map.fold.is_smooth() {
+                for l in 0..LANES {
+                    let other = if side[l] == 0.0 { 1f64.copysign(next.b[l]) } else { 0.0 };
+                    self.on_fold[l] = if crosses[l] == 0.0 { side[l] } else { other };
+                }
             }
         }
-        false
+        settled
     }
 }

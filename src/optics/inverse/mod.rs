@@ -23,7 +23,7 @@ mod solve;
 
 use super::{Mat3, Tank, Vec3, View};
 use crate::error::{Error, Result};
-use fold::Fold;
+use fold::{Fold, LowerBound};
 pub use march::{LANES, Lanes, March};
 use path::Path;
 
@@ -41,8 +41,8 @@ pub struct ViewMap {
     turn: (f64, f64),
     /// Range of s of the rays that meet the outer wall between rim and underside and are not too steep.
     s_range: (f64, f64),
-    /// Smallest b_fold/N₁ over the range of s.
-    innermost_fold: f64,
+    /// Below the fold everywhere.
+    within_fold: LowerBound,
     /// Rotation to the camera's frame from (out, along, down) at the camera in the turned frame.
     cam_from_turned: Mat3,
 }
@@ -87,6 +87,16 @@ pub struct Rays<const N: usize> {
     pub distance: [f64; N],
     /// |∂(b, s) / ∂(across, z)| at the point, 1/mm²: how many rays a patch of water holds.
     pub density: [f64; N],
+    /// Heights at which the rays meet the outer wall, mm, to 1e-6.
+    pub wall_z: [f64; N],
+    /// Heights at which they meet the inner wall, mm, to 1e-6.
+    pub water_z: [f64; N],
+}
+
+impl<const N: usize> Rays<N> {
+    /// Rays along the camera's height straight at the axis, at points on them.
+    const ZERO: Self =
+        Self { b: [0.0; N], s: [0.0; N], distance: [0.0; N], density: [0.0; N], wall_z: [0.0; N], water_z: [0.0; N] };
 }
 
 /// A ray by its invariants in the camera's turned frame, and how it misses the point it was solved for.
@@ -142,7 +152,7 @@ impl ViewMap {
             view: view.clone(),
             tank: tank.clone(),
             path,
-            innermost_fold: fold.smallest(),
+            within_fold: fold.lower_bound(),
             fold,
             turn: (cos, sin),
             s_range,
@@ -191,6 +201,7 @@ impl ViewMap {
                 let found = self.irregular(px, py, z, (lanes.b[l], lanes.s[l]));
                 if found.distance < lanes.distance[l] {
                     (lanes.b[l], lanes.s[l], lanes.distance[l]) = (found.b, found.s, found.distance);
+                    (lanes.wall_z[l], lanes.water_z[l]) = self.path.entry_heights(found.b, found.s);
                 }
             }
         }
@@ -200,34 +211,49 @@ impl ViewMap {
     #[inline(always)]
     pub fn clear_pixels(&self, lanes: &Lanes) -> Pixels {
         let mut out = Pixels { u: [0.0; LANES], v: [0.0; LANES], px_per_mm: [0.0; LANES] };
-        let (mut wall_z, mut water_z) = ([0.0; LANES], [0.0; LANES]);
         let lens = &self.view.lens;
         let inverse_n = 1.0 / self.path.n_squared[0].sqrt();
         let inverse_moment = inverse_n / self.path.r0;
         let inverse_water = 1.0 / self.path.n_squared[2];
+        let clear = self.clear_lanes(lanes);
         let m = &self.cam_from_turned;
         for l in 0..LANES {
-            (wall_z[l], water_z[l]) = self.path.entry_heights(lanes.b[l], lanes.s[l]);
             let (along, down) = (lanes.b[l] * inverse_moment, lanes.s[l] * inverse_n);
             let inward = (1.0 - along * along - down * down).sqrt();
             let x = m.m12 * along + m.m13 * down - m.m11 * inward;
             let y = m.m22 * along + m.m23 * down - m.m21 * inward;
             let z = m.m32 * along + m.m33 * down - m.m31 * inward;
-            let per_z = if z > 1e-12 { 1.0 / z } else { f64::NAN };
+            let level = (1.0 - lanes.s[l] * lanes.s[l] * inverse_water).sqrt();
+            // One division for 1/z and 1/(inward level).
+            let slant = inward * level;
+            let of_both = 1.0 / (z * slant);
+            let per_z = of_both * slant;
             let scale = lens.focal_px * per_z;
-            out.u[l] = x * scale + lens.cx;
+            let seen = if (z > 1e-12) & clear[l] { 0.0 } else { f64::NAN };
+            out.u[l] = x * scale + lens.cx + seen;
             out.v[l] = y * scale + lens.cy;
             // Solid angle in air of a patch of water across the ray, and its area on the picture.
-            let level = (1.0 - lanes.s[l] * lanes.s[l] * inverse_water).sqrt();
-            let solid_angle = lanes.density[l] * inverse_moment * inverse_n / (inward * level);
+            let solid_angle = lanes.density[l] * inverse_moment * inverse_n * (z * of_both);
             out.px_per_mm[l] = (scale * scale * per_z * solid_angle).sqrt();
         }
+        out
+    }
+
+    /// [`Self::is_clear`] of every lane.
+    #[inline(always)]
+    fn clear_lanes(&self, lanes: &Lanes) -> [bool; LANES] {
+        let (tank, wall_z, water_z) = (&self.tank, &lanes.wall_z, &lanes.water_z);
+        let (level, floor) = (tank.water_level_mm, tank.floor_mm());
+        let mut clear = [false; LANES];
         for l in 0..LANES {
-            if !self.is_clear(wall_z[l], water_z[l]) {
-                out.u[l] = f64::NAN;
+            clear[l] = (wall_z[l] >= 0.0) & (wall_z[l] <= tank.height_mm) & (water_z[l] > level) & (water_z[l] < floor);
+        }
+        for &[from, to] in &tank.belts_mm {
+            for l in 0..LANES {
+                clear[l] &= !((wall_z[l] >= from) & (wall_z[l] <= to));
             }
         }
-        out
+        clear
     }
 
     /// Whether a ray that meets the walls at these heights carries evidence.

@@ -52,6 +52,25 @@ pub(super) struct Misses {
     pub f2_s: f64,
     /// F₂ with the point's foot on the ray moved back onto the ray's chord, where it lies beyond.
     pub f2_on_chord: f64,
+    /// Where the ray meets the outer and the inner wall.
+    pub outer_wall: Height,
+    pub inner_wall: Height,
+}
+
+/// The height at which a ray meets a wall and its derivatives in (b, s).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Height {
+    pub z: f64,
+    pub z_b: f64,
+    pub z_s: f64,
+}
+
+impl Height {
+    /// The height of the ray at (b + db, s + ds), to second order.
+    #[inline(always)]
+    pub fn moved(&self, db: f64, ds: f64) -> f64 {
+        self.z + db * self.z_b + ds * self.z_s
+    }
 }
 
 impl Path {
@@ -59,10 +78,13 @@ impl Path {
     #[inline(always)]
     pub fn misses(&self, b: f64, s: f64, x: f64, y: f64, z: f64) -> Misses {
         let s2 = s * s;
-        // 1/N and q of the three media.
-        let m1 = 1.0 / (self.n_squared[0] - s2).sqrt();
-        let m2 = 1.0 / (self.n_squared[1] - s2).sqrt();
-        let m3 = 1.0 / (self.n_squared[2] - s2).sqrt();
+        // 1/N and q of the three media; reciprocals share their divisions, which cost most here.
+        let n1 = (self.n_squared[0] - s2).sqrt();
+        let n2 = (self.n_squared[1] - s2).sqrt();
+        let n3 = (self.n_squared[2] - s2).sqrt();
+        let n12 = n1 * n2;
+        let of_all = 1.0 / (n12 * n3);
+        let (m1, m2, m3) = (n2 * n3 * of_all, n1 * n3 * of_all, n12 * of_all);
         let (q1, q2, q3) = (b * m1, b * m2, b * m3);
         // Half chords, in plan, of the three straight pieces within each circle that they meet.
         let c1r0 = (self.r0 * self.r0 - q1 * q1).sqrt();
@@ -79,11 +101,13 @@ impl Path {
         let unit = 1.0 / (self.r0 * self.outer * self.outer * self.inner * self.inner);
         let (cos, sin) = (re * unit, im * unit);
         // dα/dq of each medium.
-        let i1r = 1.0 / c1r;
-        let (i2r, i2i, i3i) = (1.0 / c2r, 1.0 / c2i, 1.0 / c3i);
-        let a1 = i1r - 1.0 / c1r0;
-        let a2 = i2i - i2r;
-        let a3 = -i3i;
+        let (c1, c2) = (c1r0 * c1r, c2r * c2i);
+        let c12 = c1 * c2;
+        let of_all = 1.0 / (c12 * c3i);
+        let of_two = c3i * of_all;
+        let a1 = (c1r0 - c1r) * (c2 * of_two);
+        let a2 = (c2r - c2i) * (c1 * of_two);
+        let a3 = -c12 * of_all;
         let (m1c, m2c, m3c) = (m1 * m1 * m1, m2 * m2 * m2, m3 * m3 * m3);
         let alpha_b = a1 * m1 + a2 * m2 + a3 * m3;
         let alpha_s = s * b * (a1 * m1c + a2 * m2c + a3 * m3c);
@@ -91,16 +115,28 @@ impl Path {
         let along = x * cos + y * sin;
         let across = x * sin - y * cos;
         let (l1, l2, l3) = (c1r0 - c1r, c2r - c2i, along + c3i);
-        let reach = l1 * m1 + l2 * m2 + l3 * m3;
+        let (in_air, in_wall) = (l1 * m1, l2 * m2);
+        let reach = in_air + in_wall + l3 * m3;
+        let outer_wall = Height {
+            z: self.z0 + s * in_air,
+            z_b: s * (q1 * a1 * m1 * m1),
+            z_s: in_air + s2 * ((l1 + q1 * q1 * a1) * m1c),
+        };
+        let inner_wall = Height {
+            z: outer_wall.z + s * in_wall,
+            z_b: outer_wall.z_b + s * (q2 * a2 * m2 * m2),
+            z_s: outer_wall.z_s + in_wall + s2 * ((l2 + q2 * q2 * a2) * m2c),
+        };
         Misses {
             f1: across - q3,
             f2: self.z0 + s * reach - z,
             f1_b: along * alpha_b - m3,
             f1_s: along * alpha_s - q3 * s * m3 * m3,
-            f2_b: s * (q1 * a1 * m1 * m1 + q2 * a2 * m2 * m2 + q3 * a3 * m3 * m3 - across * alpha_b * m3),
-            f2_s: reach + s2 * ((l1 + q1 * q1 * a1) * m1c + (l2 + q2 * q2 * a2) * m2c + (l3 + q3 * q3 * a3) * m3c)
-                - s * across * alpha_s * m3,
+            f2_b: inner_wall.z_b + s * (q3 * a3 * m3 * m3 - across * alpha_b * m3),
+            f2_s: inner_wall.z_s + l3 * m3 + s2 * ((l3 + q3 * q3 * a3) * m3c) - s * across * alpha_s * m3,
             f2_on_chord: self.z0 + s * (reach - (along - along.max(-c3i).min(c3i)) * m3) - z,
+            outer_wall,
+            inner_wall,
         }
     }
 

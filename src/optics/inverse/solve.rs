@@ -21,7 +21,7 @@ impl ViewMap {
 
     /// Rays straight at the axis, half-way between the steepest ones: the guess from which any point is solved.
     pub(super) fn axis_rays<const N: usize>(&self) -> Rays<N> {
-        Rays { b: [0.0; N], s: [0.5 * (self.s_range.0 + self.s_range.1); N], distance: [0.0; N], density: [0.0; N] }
+        Rays { s: [0.5 * (self.s_range.0 + self.s_range.1); N], ..Rays::ZERO }
     }
 
     /// Solves N points of one plane, given in the turned frame, starting from `rays`, which may be anything.
@@ -47,7 +47,7 @@ impl ViewMap {
         for _ in 0..MOST_STEPS {
             settled = self.step(x, y, z, rays);
             if (0..N).all(|l| settled[l] | !wanted[l]) {
-                return;
+                break;
             }
         }
         for l in (0..N).filter(|&l| wanted[l] && !settled[l]) {
@@ -59,6 +59,9 @@ impl ViewMap {
                 }
                 None => rays.distance[l] = f64::NAN,
             }
+        }
+        for l in 0..N {
+            (rays.wall_z[l], rays.water_z[l]) = self.path.entry_heights(rays.b[l], rays.s[l]);
         }
     }
 

@@ -33,6 +33,7 @@ pub mod width;
 
 use super::curve;
 use super::system::TracedRoot;
+use super::trace::Looks;
 use crate::error::{Error, Result};
 use crate::optics::Vec3;
 use bar::Bars;
@@ -112,15 +113,23 @@ pub struct Measured {
     pub sd_mm: f64,
     /// Photographs that it stands on.
     pub views: u32,
-    /// Share of the photographs that show a root there, among those that look at it unhindered.
-    pub shown: f64,
 }
 
-/// Measures all roots in place: radii, their standard deviations, numbers of views, confidence.
+/// A centreline point that the photographs were asked about.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Station {
+    /// How many looked, and how many show a root.
+    pub looks: Looks,
+    /// The diameter.
+    pub measured: Option<Measured>,
+}
+
+/// Measures all roots in place: radii, their standard deviations, numbers of views, confidence. What the photographs say
+/// of each root as a whole is returned.
 ///
 /// # Errors
 /// Where a parameter is out of range.
-pub fn measure(roots: &mut [TracedRoot], sights: &[Sight<'_>], params: &DiameterParams) -> Result<()> {
+pub fn measure(roots: &mut [TracedRoot], sights: &[Sight<'_>], params: &DiameterParams) -> Result<Vec<Looks>> {
     for (name, value) in [
         ("every_mm", params.every_mm),
         ("stretch_mm", params.stretch_mm),
@@ -142,12 +151,13 @@ pub fn measure(roots: &mut [TracedRoot], sights: &[Sight<'_>], params: &Diameter
         sights.par_iter().map(|sight| beads.iter().map(|b| Track::new(sight, b)).collect()).collect();
     let mut work = Work { sights, beads, tracks, bars: Bars::new(params.spread_px, params.limb), params };
     // The scale-space radii are coarse: two sparse rounds give the last one a width to expect.
+    let mut looks = Vec::new();
     for (stride, expected) in [(4, false), (4, true), (1, true)] {
         work.shift(roots, stride, expected);
-        work.widths(roots, stride, expected);
+        looks = work.widths(roots, stride, expected);
     }
     fall_back(roots);
-    Ok(())
+    Ok(looks)
 }
 
 /// Gives roots that no photograph measured the median radius of the others, with their spread as its deviation.
@@ -218,7 +228,7 @@ impl Work<'_> {
                     let diameter = if expected {
                         2.0 * radius
                     } else {
-                        width::common(&profiles, &self.bars, None, self.params)?.diameter_mm
+                        width::common(&profiles, &self.bars, None, self.params).measured?.diameter_mm
                     };
                     let tangent = self.beads[r].tangent(b)?;
                     let s = refine::shift(&profiles, &tangent, diameter, &self.bars, self.params)?;
@@ -244,10 +254,10 @@ impl Work<'_> {
     }
 
     /// Measures every root's stations and settles its radii.
-    fn widths(&self, roots: &mut [TracedRoot], stride: usize, expected: bool) {
+    fn widths(&self, roots: &mut [TracedRoot], stride: usize, expected: bool) -> Vec<Looks> {
         let clutter = self.clutter(roots);
         let read_only: &[TracedRoot] = roots;
-        let one = |r: usize| -> Vec<(f64, Option<Measured>)> {
+        let one = |r: usize| -> Vec<(f64, Station)> {
             self.stations(r, stride)
                 .map(|b| {
                     let radius = self.expected(read_only, r, b);
@@ -257,20 +267,23 @@ impl Work<'_> {
                 })
                 .collect()
         };
-        let all: Vec<Vec<(f64, Option<Measured>)>> = (0..roots.len()).into_par_iter().map(one).collect();
-        for (root, measured) in roots.iter_mut().zip(all) {
-            settle(root, &measured, self.params);
+        let all: Vec<Vec<(f64, Station)>> = (0..roots.len()).into_par_iter().map(one).collect();
+        for (root, stations) in roots.iter_mut().zip(&all) {
+            settle(root, stations, self.params);
         }
+        all.iter().map(|stations| stations.iter().map(|(_, s)| s.looks).sum()).collect()
     }
 }
 
-/// Carries the measured stations (arc position, what was measured) over to all points of the root.
-fn settle(traced: &mut TracedRoot, measured: &[(f64, Option<Measured>)], params: &DiameterParams) {
+/// Carries the stations (arc position, what the photographs say) over to all points of the root. Where no photograph
+/// looks unhindered the confidence is that of the nearest station where one does.
+fn settle(traced: &mut TracedRoot, stations: &[(f64, Station)], params: &DiameterParams) {
     let arc = curve::chord_lengths(&traced.root.points_mm);
-    let good: Vec<(f64, Measured)> = measured.iter().filter_map(|&(s, m)| m.map(|m| (s, m))).collect();
+    let good: Vec<(f64, Measured)> = stations.iter().filter_map(|&(s, m)| m.measured.map(|m| (s, m))).collect();
+    let shares: Vec<(f64, f64)> = stations.iter().filter_map(|(s, m)| Some((*s, m.looks.share()?))).collect();
     for (k, confidence) in traced.confidence.iter_mut().enumerate() {
-        let near = measured.iter().min_by(|a, b| (a.0 - arc[k]).abs().total_cmp(&(b.0 - arc[k]).abs()));
-        *confidence = near.and_then(|(_, m)| m.as_ref()).map_or(0.0, |m| m.shown);
+        let near = shares.iter().min_by(|a, b| (a.0 - arc[k]).abs().total_cmp(&(b.0 - arc[k]).abs()));
+        *confidence = near.map_or(0.0, |(_, share)| *share);
     }
     if good.is_empty() {
         return;

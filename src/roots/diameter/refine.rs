@@ -155,9 +155,9 @@ mod tests {
             assert!((found - truth).norm() < 0.08, "{found} at shade {shade}");
             // As the stage measures: over all widths, then about the one found; and from a start that is far off.
             let profiles = seen(&Vec3::zeros(), shade);
-            let first = common(&profiles, &bars, None, &params).unwrap().diameter_mm;
+            let first = common(&profiles, &bars, None, &params).measured.unwrap().diameter_mm;
             for expected_mm in [first, 0.7] {
-                let width = common(&profiles, &bars, Some(expected_mm), &params).unwrap();
+                let width = common(&profiles, &bars, Some(expected_mm), &params).measured.unwrap();
                 assert!((width.diameter_mm - 0.9).abs() < 0.05, "{width:?} from {expected_mm}");
             }
         }

@@ -2,7 +2,8 @@
 
 use super::bar::Bars;
 use super::profile::Profile;
-use super::{DiameterParams, Measured};
+use super::{DiameterParams, Measured, Station};
+use crate::roots::trace::Looks;
 use nalgebra::{Matrix4, Vector4};
 
 /// Ratio of neighbouring widths tried, of the first search and of the second.
@@ -59,14 +60,9 @@ pub fn shows(fit: &Fit) -> bool {
     fit.light > 0.0 && fit.light * fit.light > SHOWN * SHOWN * fit.variance
 }
 
-/// The common diameter; none when fewer than `min_views` photographs show a root. Searched over all diameters of the
-/// parameters, or, more finely, about the one that is expected.
-pub fn common(
-    profiles: &[Profile],
-    bars: &Bars,
-    expected_mm: Option<f64>,
-    params: &DiameterParams,
-) -> Option<Measured> {
+/// How many of the photographs show a root, and their common diameter: none when fewer than `min_views` do. Searched over
+/// all diameters of the parameters, or, more finely, about the one that is expected.
+pub fn common(profiles: &[Profile], bars: &Bars, expected_mm: Option<f64>, params: &DiameterParams) -> Station {
     let (least, most) = (params.thinnest_mm, params.thickest_mm);
     let (from, to, ratio) = match expected_mm {
         None => (least, most, RATIOS[0]),
@@ -92,9 +88,9 @@ pub fn common(
         let rise = |f: &Fit| if f.light > 0.0 { (n * (f.rss / fits[best].rss).ln()).min(LIMIT) } else { LIMIT };
         rises.push((0..widths.len()).map(|k| fits.get(k).map_or(LIMIT, rise)).collect());
     }
-    let shown = (rises.len() + moved) as f64 / profiles.len().max(1) as f64;
+    let looks = Looks { unhindered: profiles.len() as u32, showing: (rises.len() + moved) as u32 };
     if rises.len() < params.min_views {
-        return None;
+        return Station { looks, measured: None };
     }
     let total: Vec<f64> = (0..widths.len()).map(|k| rises.iter().map(|r| r[k]).sum()).collect();
     let width_at = |at: f64| from * ratio.powf(at);
@@ -102,7 +98,8 @@ pub fn common(
     let mut off: Vec<f64> = rises.iter().map(|r| (width_at(lowest(r)) - diameter_mm).abs()).collect();
     off.sort_by(f64::total_cmp);
     let sd_mm = 1.4826 * off[off.len() / 2] / (rises.len() as f64).sqrt();
-    Some(Measured { diameter_mm, sd_mm: sd_mm.max(0.01 * diameter_mm), views: rises.len() as u32, shown })
+    let measured = Measured { diameter_mm, sd_mm: sd_mm.max(0.01 * diameter_mm), views: rises.len() as u32 };
+    Station { looks, measured: Some(measured) }
 }
 
 /// Whether the photograph shows the root clearly beside its line: roots sway. A bar there would be taken for a wide one here.

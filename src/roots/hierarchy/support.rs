@@ -1,36 +1,39 @@
 //! Leaves out what the photographs do not show.
 //!
 //! A ridge of the merged light need not be a root: chance, mirrors and the shadows of others leave short ones. A root is
-//! seen by most of the photographs that look at it unhindered.
+//! seen by most of the photographs that look at it unhindered; all looks along it count alike, be they few. A ridge that
+//! every photograph sees behind or before other roots only is explained by those.
 
 use super::HierarchyParams;
 use crate::optics::Vec3;
 use crate::roots::repair::{Kind, Repair};
 use crate::roots::trace::Pieces;
 
-/// The pieces whose mean confidence reaches `params.shown`, with the ties among them; all of them where no
-/// photograph was asked.
+/// The pieces that at least the share `params.shown` of the unhindered looks show, with the ties among them; all of them
+/// where no photograph was asked.
 pub fn supported(pieces: &Pieces, params: &HierarchyParams, log: &mut Vec<Repair>) -> Pieces {
     let mut kept = pieces.clone();
-    if !pieces.photographed {
+    if pieces.looks.is_empty() {
         return kept;
     }
-    let mean = |n: usize| {
-        let confidence = &pieces.pieces[n].confidence;
-        confidence.iter().sum::<f64>() / confidence.len().max(1) as f64
-    };
     let mut number = vec![None; pieces.pieces.len()];
     kept.pieces.clear();
+    kept.looks.clear();
     for (n, piece) in pieces.pieces.iter().enumerate() {
-        let (shown, points) = (mean(n), &piece.root.points_mm);
-        if shown >= params.shown {
+        let looks = pieces.looks.get(n).copied().unwrap_or_default();
+        let (shown, points) = (looks.share(), &piece.root.points_mm);
+        if shown.unwrap_or(0.0) >= params.shown {
             number[n] = Some(kept.pieces.len());
             kept.pieces.push(piece.clone());
+            kept.looks.push(looks);
             continue;
         }
         let middle = Vec3::from(points[points.len() / 2]);
         let length = crate::roots::curve::chord_lengths(points).last().copied().unwrap_or(0.0);
-        let reason = format!("{:.0} % of the photographs that look at it unhindered show a root", 100.0 * shown);
+        let reason = match shown {
+            Some(share) => format!("{:.0} % of the photographs that look at it unhindered show a root", 100.0 * share),
+            None => "no photograph looks at it past other roots".to_owned(),
+        };
         log.push(Repair::new(Kind::Pruned, &middle, length, reason));
     }
     kept.ties = pieces

@@ -3,7 +3,7 @@ use crate::roots::Root;
 use crate::roots::repair::Kind;
 use crate::roots::strand::End;
 use crate::roots::tie::Tie;
-use crate::roots::trace::OutOfSight;
+use crate::roots::trace::{Looks, OutOfSight};
 
 /// A piece through the corners with a point every 0.5 mm; each corner with its radius.
 fn piece(corners: &[([f64; 3], f64)]) -> TracedRoot {
@@ -28,7 +28,7 @@ fn pieces(pieces: Vec<TracedRoot>, ties: Vec<Tie>) -> Pieces {
         step_mm: 0.5,
         smooth_mm: 6.0,
         link_mm: 2.0,
-        photographed: true,
+        looks: vec![Looks { unhindered: 100, showing: 90 }; pieces.len()],
         pieces,
         ties,
         out_of_sight: Vec::new(),
@@ -73,11 +73,16 @@ fn a_root_goes_on_straight_and_thick() {
 #[test]
 fn what_photographs_do_not_show_is_left_out() {
     let mut all = junction();
-    all.pieces[2].confidence.fill(0.2);
+    all.looks[2].showing = 20;
     let system = arrange(&all, &HierarchyParams::default()).unwrap();
     assert_eq!(system.roots.len(), 2);
     assert!(system.repairs.iter().any(|r| r.kind == Kind::Pruned && r.reason.contains("20 %")));
-    all.photographed = false;
+    // Few looks count, no look speaks against it, and without photographs nothing is known.
+    all.looks[2] = Looks { unhindered: 3, showing: 2 };
+    assert_eq!(arrange(&all, &HierarchyParams::default()).unwrap().roots.len(), 3);
+    all.looks[2] = Looks::default();
+    assert_eq!(arrange(&all, &HierarchyParams::default()).unwrap().roots.len(), 2);
+    all.looks.clear();
     assert_eq!(arrange(&all, &HierarchyParams::default()).unwrap().roots.len(), 3);
 }
 
@@ -101,6 +106,7 @@ fn a_root_does_not_hang_on_a_tip_that_touches_it() {
 fn the_base_begins_at_its_uppermost_piece() {
     let mut all = junction();
     all.pieces.push(piece(&[([0.0, 0.0, 19.0], 1.6), ([0.5, 0.0, 8.0], 1.6)]));
+    all.looks.push(all.looks[0]);
     all.ties.push(tie(3, End::First, 0, 0, 1.0));
     let system = arrange(&all, &HierarchyParams::default()).unwrap();
     assert_eq!(system.roots.len(), 3);
@@ -113,6 +119,7 @@ fn spurs_and_specks_go_and_nothing_gives_nothing() {
     all.pieces.push(piece(&[([-1.5, 0.0, 40.0], 0.3), ([-3.0, 0.0, 40.0], 0.3)]));
     all.ties.push(tie(3, End::First, 0, 40, 1.5));
     all.pieces.push(piece(&[([40.0, 0.0, 40.0], 0.3), ([43.0, 0.0, 40.0], 0.3)]));
+    all.looks.extend([all.looks[0]; 2]);
     let system = arrange(&all, &HierarchyParams::default()).unwrap();
     assert_eq!(system.roots.len(), 3);
     assert_eq!(system.repairs.iter().filter(|r| r.kind == Kind::Pruned).count(), 2);
