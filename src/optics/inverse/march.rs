@@ -151,27 +151,33 @@ impl<'a> March<'a> {
         let mut settled = [false; LANES];
         for _ in 0..ROUNDS {
             let (mut b, s, side) = (lanes.b, lanes.s, self.on_fold);
+            // Change of b along the fold with s.
+            let mut slope = [0.0; LANES];
             if side != [0.0; LANES] {
                 let fold = self.map.fold_moments(&s);
                 for l in 0..LANES {
                     b[l] = if side[l] == 0.0 { b[l] } else { side[l] * fold[l] };
+                    let s2 = s[l] * s[l];
+                    let bend = 2.0 * within_fold.slope(s2) / within_fold.ratio(s2);
+                    slope[l] = b[l] * s[l] * (bend - 1.0 / (path.n_squared[0] - s2));
                 }
             }
             let (mut next, mut strays, mut crosses) = (Lanes::ZERO, [0.0; LANES], [0.0; LANES]);
             for l in 0..LANES {
                 let m = path.misses(b[l], s[l], x[l], y[l], z);
-                let inverse = 1.0 / (m.f1_b * m.f2_s - m.f1_s * m.f2_b);
+                // Along the fold s alone answers F₂; both kinds of step share a division.
+                let (determinant, f2_along) = (m.f1_b * m.f2_s - m.f1_s * m.f2_b, m.f2_s + m.f2_b * slope[l]);
+                let of_both = 1.0 / (determinant * f2_along);
+                let inverse = f2_along * of_both;
                 next.density[l] = inverse.abs();
                 let s2 = s[l] * s[l];
                 let n1_squared = path.n_squared[0] - s2;
                 let fold = within_fold.ratio(s2);
                 let (db_free, ds_free) =
                     ((m.f2 * m.f1_s - m.f1 * m.f2_s) * inverse, (m.f1 * m.f2_b - m.f2 * m.f1_b) * inverse);
-                // Along the fold s alone answers F₂.
-                let slope = b[l] * s[l] * (2.0 * within_fold.slope(s2) / fold - 1.0 / n1_squared);
-                let along = -m.f2 / (m.f2_s + m.f2_b * slope);
+                let along = -m.f2 * determinant * of_both;
                 // Plain selects of numbers vectorise too.
-                let db = if side[l] == 0.0 { db_free } else { slope * along };
+                let db = if side[l] == 0.0 { db_free } else { slope[l] * along };
                 let ds = if side[l] == 0.0 { ds_free } else { along };
                 next.b[l] = b[l] + db;
                 next.s[l] = s[l] + ds;
