@@ -13,41 +13,47 @@ use rayon::prelude::*;
 /// A photograph and its halvings.
 #[derive(Debug, Clone)]
 pub struct Pyramid {
-    levels: Vec<Level>,
+    levels: Levels,
+}
+
+/// Gray photographs, such as contrasts along a colour axis, are kept and sampled as one channel: the same values in a
+/// third of the time.
+#[derive(Debug, Clone)]
+enum Levels {
+    /// R, G, B and a pad.
+    Colour(Vec<Level<4>>),
+    Gray(Vec<Level<1>>),
 }
 
 #[derive(Debug, Clone)]
-struct Level {
+struct Level<const C: usize> {
+    /// Pixels of this level per pixel of the photograph.
+    scale: f64,
     width: usize,
     height: usize,
-    /// R, G, B and a pad.
-    pixels: Vec<[u8; 4]>,
+    pixels: Vec<[u8; C]>,
 }
 
 impl Pyramid {
     /// The photograph alone: every sample is a bilinear one.
     pub fn flat(picture: &Picture) -> Self {
-        let (height, width, _) = picture.dim();
-        let picture = picture.as_standard_layout();
-        let values = picture.as_slice().expect("standard layout");
-        let pixels = values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2], 0]).collect();
-        Self { levels: vec![Level { width, height, pixels }] }
+        Self::new(picture, 1.0)
     }
 
     /// The photograph and its halvings for texels up to `largest_texel` px.
     pub fn new(picture: &Picture, largest_texel: f64) -> Self {
-        let mut pyramid = Self::flat(picture);
-        let mut texel = 1.0;
-        while texel < largest_texel {
-            let last = pyramid.levels.last().expect("at least one level");
-            if last.width.max(last.height) < 2 {
-                break;
-            }
-            let half = last.halved();
-            pyramid.levels.push(half);
-            texel *= 2.0;
-        }
-        pyramid
+        let picture = picture.as_standard_layout();
+        let values = picture.as_slice().expect("standard layout");
+        let is_gray = values.chunks_exact(3).all(|rgb| rgb[0] == rgb[1] && rgb[0] == rgb[2]);
+        let (height, width, _) = picture.dim();
+        let levels = if is_gray {
+            let pixels = values.chunks_exact(3).map(|rgb| [rgb[0]]).collect();
+            Levels::Gray(halvings(Level { scale: 1.0, width, height, pixels }, largest_texel))
+        } else {
+            let pixels = values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2], 0]).collect();
+            Levels::Colour(halvings(Level { scale: 1.0, width, height, pixels }, largest_texel))
+        };
+        Self { levels }
     }
 
     /// Texel size whose bilinear tap blurs as much as a box of this side, both in px.
@@ -59,54 +65,78 @@ impl Pyramid {
     /// where a coordinate is NaN. Between the outermost centres and their edges the outermost values hold.
     #[inline(always)]
     pub fn sample(&self, u: f64, v: f64, texel: f64) -> Option<[u8; 3]> {
-        let Level { width, height, .. } = self.levels[0];
-        if !(u >= -0.5 && v >= -0.5 && u <= width as f64 - 0.5 && v <= height as f64 - 0.5) {
-            return None;
+        match &self.levels {
+            Levels::Colour(levels) => sample(levels, u, v, texel).map(|[red, green, blue, _]| [red, green, blue]),
+            Levels::Gray(levels) => sample(levels, u, v, texel).map(|[gray]| [gray; 3]),
         }
-        let texel = (texel as f32).max(1.0);
-        // Exponent and fraction of the texel size: its level, and how far on the way to the next.
-        let level = ((texel.to_bits() >> 23) - 127) as usize;
-        let fraction = f32::from_bits((texel.to_bits() & 0x007F_FFFF) | 0x3F80_0000) - 1.0;
-        let top = self.levels.len() - 1;
-        let value = if level >= top {
-            self.levels[top].at(u, v, top)
-        } else {
-            let fine = self.levels[level].at(u, v, level);
-            if fraction == 0.0 {
-                fine
-            } else {
-                let coarse = self.levels[level + 1].at(u, v, level + 1);
-                std::array::from_fn(|c| fine[c] + fraction * (coarse[c] - fine[c]))
-            }
-        };
-        Some([(value[0] + 0.5) as u8, (value[1] + 0.5) as u8, (value[2] + 0.5) as u8])
     }
 }
 
-impl Level {
+/// A level and its halvings.
+fn halvings<const C: usize>(finest: Level<C>, largest_texel: f64) -> Vec<Level<C>> {
+    let mut levels = vec![finest];
+    let mut texel = 1.0;
+    while texel < largest_texel {
+        let last = levels.last().expect("at least one level");
+        if last.width.max(last.height) < 2 {
+            break;
+        }
+        let half = last.halved();
+        levels.push(half);
+        texel *= 2.0;
+    }
+    levels
+}
+
+/// See [`Pyramid::sample`].
+#[inline(always)]
+fn sample<const C: usize>(levels: &[Level<C>], u: f64, v: f64, texel: f64) -> Option<[u8; C]> {
+    let (width, height) = (levels[0].width, levels[0].height);
+    if !(u >= -0.5 && v >= -0.5 && u <= width as f64 - 0.5 && v <= height as f64 - 0.5) {
+        return None;
+    }
+    let texel = (texel as f32).max(1.0);
+    // Exponent and fraction of the texel size: its level, and how far on the way to the next.
+    let level = ((texel.to_bits() >> 23) - 127) as usize;
+    let fraction = f32::from_bits((texel.to_bits() & 0x007F_FFFF) | 0x3F80_0000) - 1.0;
+    let top = levels.len() - 1;
+    let value = if level >= top {
+        levels[top].at(u, v)
+    } else {
+        let fine = levels[level].at(u, v);
+        if fraction == 0.0 {
+            fine
+        } else {
+            let coarse = levels[level + 1].at(u, v);
+            std::array::from_fn(|c| fine[c] + fraction * (coarse[c] - fine[c]))
+        }
+    };
+    Some(value.map(|value| (value + 0.5) as u8))
+}
+
+impl<const C: usize> Level<C> {
     fn halved(&self) -> Self {
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
-        let mut pixels = vec![[0; 4]; width * height];
+        let mut pixels = vec![[0; C]; width * height];
         pixels.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
             let above = &self.pixels[2 * y * self.width..][..self.width];
             let below = &self.pixels[(2 * y + 1).min(self.height - 1) * self.width..][..self.width];
             for (x, pixel) in row.iter_mut().enumerate() {
                 let (left, right) = (2 * x, (2 * x + 1).min(self.width - 1));
-                for c in 0..3 {
+                for c in 0..C {
                     let sum = [above[left][c], above[right][c], below[left][c], below[right][c]];
                     pixel[c] = ((sum.iter().map(|&v| u16::from(v)).sum::<u16>() + 2) / 4) as u8;
                 }
             }
         });
-        Self { width, height, pixels }
+        Self { scale: 0.5 * self.scale, width, height, pixels }
     }
 
     /// Bilinear value at a position given in pixels of level 0.
     #[inline(always)]
-    fn at(&self, u: f64, v: f64, level: usize) -> [f32; 4] {
-        let scale = 1.0 / (1u64 << level) as f64;
-        let u = ((u + 0.5) * scale - 0.5).clamp(0.0, (self.width - 1) as f64);
-        let v = ((v + 0.5) * scale - 0.5).clamp(0.0, (self.height - 1) as f64);
+    fn at(&self, u: f64, v: f64) -> [f32; C] {
+        let u = ((u + 0.5) * self.scale - 0.5).clamp(0.0, (self.width - 1) as f64);
+        let v = ((v + 0.5) * self.scale - 0.5).clamp(0.0, (self.height - 1) as f64);
         let (u0, v0) = (u as usize, v as usize);
         let (u1, v1) = ((u0 + 1).min(self.width - 1), (v0 + 1).min(self.height - 1));
         let (fu, fv) = ((u - u0 as f64) as f32, (v - v0 as f64) as f32);
@@ -129,7 +159,6 @@ mod tests {
     fn a_ramp_keeps_its_values_at_every_scale() {
         let ramp = Picture::from_shape_fn((64, 64, 3), |(y, x, _)| (2 * x + y) as u8);
         let pyramid = Pyramid::new(&ramp, 8.0);
-        assert_eq!(pyramid.levels.len(), 4);
         for texel in [0.3, 1.0, 1.5, 2.0, 3.7, 6.0] {
             let value = pyramid.sample(30.25, 31.5, texel).unwrap()[1];
             assert!(value.abs_diff(92) <= 1, "texel {texel}: {value}");
@@ -142,6 +171,21 @@ mod tests {
         let pyramid = Pyramid::new(&stripes, 4.0);
         assert_eq!(pyramid.sample(31.0, 20.0, 1.0), Some([200; 3]));
         assert_eq!(pyramid.sample(31.0, 20.0, 2.0), Some([100; 3]));
+    }
+
+    #[test]
+    fn gray_is_sampled_as_colours_are() {
+        let code = |y: usize, x: usize| (7 * x + 13 * y) as u8;
+        let gray = Picture::from_shape_fn((41, 33, 3), |(y, x, _)| code(y, x));
+        // One pixel far off makes it a colour picture.
+        let mut coloured = gray.clone();
+        coloured[[40, 32, 2]] ^= 1;
+        let (gray, coloured) = (Pyramid::new(&gray, 4.0), Pyramid::new(&coloured, 4.0));
+        assert!(matches!((&gray.levels, &coloured.levels), (Levels::Gray(a), Levels::Colour(b)) if a.len() == b.len()));
+        for k in 0..2000 {
+            let (u, v, texel) = (f64::from(k) * 0.0131 - 0.5, f64::from(k % 97) * 0.31 - 0.5, f64::from(k % 13) * 0.3);
+            assert_eq!(gray.sample(u, v, texel), coloured.sample(u, v, texel));
+        }
     }
 
     #[test]

@@ -47,14 +47,27 @@ pub struct March<'a> {
     rests_until: [usize; LANES],
     /// The side, ±1, of the fold that each row's last point lay beyond; else 0.
     on_fold: [f64; LANES],
-    /// The last four columns' rays, latest first, and how many of them are in use.
-    past: [([f64; LANES], [f64; LANES]); 4],
+    /// Each row's last ray and its backward differences over the columns, of orders one to three: their sum is the cubic
+    /// extrapolation to the next column.
+    b: [[f64; LANES]; 4],
+    s: [[f64; LANES]; 4],
+    /// How many columns they stand on.
     known: usize,
 }
 
-/// Weights of the last columns in the extrapolation to the next one, by how many are known.
-const EXTRAPOLATION: [[f64; 4]; 5] =
-    [[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [2.0, -1.0, 0.0, 0.0], [3.0, -3.0, 1.0, 0.0], [4.0, -6.0, 4.0, -1.0]];
+/// Takes in the next value of a series whose last value and differences stand on `known` values.
+#[inline(always)]
+fn differ(series: &mut [[f64; LANES]; 4], next: &[f64; LANES], known: usize) {
+    let [value, first, second, third] = series;
+    for l in 0..LANES {
+        let d1 = next[l] - value[l];
+        let d2 = d1 - first[l];
+        third[l] = if known > 2 { d2 - second[l] } else { 0.0 };
+        second[l] = if known > 1 { d2 } else { 0.0 };
+        first[l] = if known > 0 { d1 } else { 0.0 };
+        value[l] = next[l];
+    }
+}
 
 impl<'a> March<'a> {
     /// Rows whose first points are `(x, y[l], z)` and whose points lie `spacing` apart along x; tank frame, mm.
@@ -75,7 +88,8 @@ impl<'a> March<'a> {
             reach,
             rests_until: [0; LANES],
             on_fold: [0.0; LANES],
-            past: [(b, s); 4],
+            b: [b, [0.0; LANES], [0.0; LANES], [0.0; LANES]],
+            s: [s, [0.0; LANES], [0.0; LANES], [0.0; LANES]],
             known: 0,
         }
     }
@@ -87,25 +101,22 @@ impl<'a> March<'a> {
         if !(0..LANES).any(|l| wanted[l] & (i >= self.rests_until[l])) {
             // The columns' even steps end here.
             self.known = 0;
-            let (b, s) = self.past[0];
-            return Lanes { b, s, distance: [f64::INFINITY; LANES], ..Lanes::ZERO };
+            return Lanes { b: self.b[0], s: self.s[0], distance: [f64::INFINITY; LANES], ..Lanes::ZERO };
         }
         let (dx, dy) = (self.step.0 * i as f64, self.step.1 * i as f64);
         let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
-        let (mut b, mut s) = ([0.0; LANES], [0.0; LANES]);
-        let w = EXTRAPOLATION[self.known];
-        let [p0, p1, p2, p3] = &self.past;
+        let (mut b, mut s) = (self.b[0], self.s[0]);
+        let going = if self.known > 0 { 1.0 } else { 0.0 };
         for l in 0..LANES {
             x[l] = self.x[l] + dx;
             y[l] = self.y[l] + dy;
-            b[l] = w[0] * p0.0[l] + w[1] * p1.0[l] + w[2] * p2.0[l] + w[3] * p3.0[l];
-            s[l] = w[0] * p0.1[l] + w[1] * p1.1[l] + w[2] * p2.1[l] + w[3] * p3.1[l];
+            b[l] += going * (self.b[1][l] + self.b[2][l] + self.b[3][l]);
+            s[l] += going * (self.s[1][l] + self.s[2][l] + self.s[3][l]);
         }
-        let guess = Lanes { b, s, ..Lanes::ZERO };
-        let mut lanes = guess;
+        let mut lanes = Lanes { b, s, ..Lanes::ZERO };
         let mut follows = self.glide(&x, &y, wanted, &mut lanes);
         if (0..LANES).any(|l| wanted[l] & !follows[l]) {
-            lanes = guess;
+            (lanes.b, lanes.s) = (b, s);
             self.map.solve_rays(&x, &y, self.z, wanted, &mut lanes);
             follows = *wanted;
             for l in 0..LANES {
@@ -113,16 +124,19 @@ impl<'a> March<'a> {
                 self.on_fold[l] = if beyond { lanes.b[l].signum() } else { 0.0 };
             }
         }
-        self.past = [(lanes.b, lanes.s), self.past[0], self.past[1], self.past[2]];
-        self.known = (self.known + 1).min(4);
         for l in 0..LANES {
             if !follows[l] {
-                // Stays where it was; the weights of the extrapolation sum to one, so it starts again from there.
-                let (b, s) = (self.past[1].0[l], self.past[1].1[l]);
-                for past in &mut self.past {
-                    (past.0[l], past.1[l]) = (b, s);
+                // Stays where it was.
+                (lanes.b[l], lanes.s[l]) = (self.b[0][l], self.s[0][l]);
+                for order in 1..4 {
+                    (self.b[order][l], self.s[order][l]) = (0.0, 0.0);
                 }
             }
+        }
+        differ(&mut self.b, &lanes.b, self.known);
+        differ(&mut self.s, &lanes.s, self.known);
+        self.known = (self.known + 1).min(3);
+        for l in 0..LANES {
             if !wanted[l] {
                 lanes.distance[l] = f64::INFINITY;
             } else if lanes.distance[l] > self.reach {
