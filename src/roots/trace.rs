@@ -14,12 +14,21 @@ use super::tie::{Tie, TieParams, ties};
 use super::{Root, curve};
 use crate::error::{Error, Result};
 use crate::optics::Vec3;
+use crate::volume::hysteresis::{Hysteresis, Unit};
 use serde::{Deserialize, Serialize};
 
 /// How the tracing decides.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TraceParams {
+    /// Ridges above it, in multiples of the volume's own level, may be traced: weaker ones than count as root voxels
+    /// (`extract.low`), since the photographs then judge each traced piece (`hierarchy.shown`). Where diameters are not
+    /// measured nothing judges: give those of `[extract]`.
+    pub low: f32,
+    /// Ridges above it are traced, with all that is linked to them above `low`.
+    pub high: f32,
+    /// Ridges whose bounding box has a shorter diagonal are not traced, mm.
+    pub shortest_mm: f32,
     /// Spacing of the centreline's points, mm, 0.1 to 5.
     pub step_mm: f64,
     /// Waves of the ridge shorter than this are noise, mm, 1 to 30; a few times the thickest lateral.
@@ -37,6 +46,9 @@ pub struct TraceParams {
 impl Default for TraceParams {
     fn default() -> Self {
         Self {
+            low: 0.6,
+            high: 0.9,
+            shortest_mm: 3.0,
             step_mm: 0.5,
             smooth_mm: 6.0,
             link: LinkParams::default(),
@@ -44,6 +56,13 @@ impl Default for TraceParams {
             tie: TieParams::default(),
             double: 1.5,
         }
+    }
+}
+
+impl TraceParams {
+    /// Which ridges are traced.
+    pub fn thresholds(&self) -> Hysteresis {
+        Hysteresis { low: self.low, high: self.high, unit: Unit::Level, min_length_mm: self.shortest_mm }
     }
 }
 

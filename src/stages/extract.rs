@@ -42,7 +42,7 @@ impl Stage for Extract {
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let ridges = suppress::read(inputs.one("ridges")?)?;
-        self.params.check()?;
+        self.params.check("extract.low", "extract.high", "extract.min_length_mm")?;
         let thresholds = self.params.thresholds(&ridges);
         let min_length = self.params.min_length_mm / self.grid.spacing_mm as f32;
         let pieces = Links::new(&ridges, thresholds.0).pieces(&ridges, thresholds, min_length);

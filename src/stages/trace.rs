@@ -1,11 +1,12 @@
 //! Follows the ridges into pieces of roots and notes how these may hang together.
-//! In: ridges, roots (the extracted voxels), rootness. Out: pieces.json (centrelines with scale-space radii, ties, repairs).
+//! In: ridges, rootness. Out: pieces.json (centrelines with scale-space radii, ties, repairs).
 
-use super::{extract, read3, suppress};
+use super::{read3, suppress};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::optics::Vec3;
 use crate::roots::{Field, RidgePoint, TraceParams, trace};
+use crate::volume::hysteresis::Links;
 use crate::volume::{Grid, Ridges};
 use serde::Serialize;
 
@@ -23,7 +24,7 @@ pub struct Trace {
 
 impl Stage for Trace {
     const NAME: &'static str = "trace";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn peak_bytes(&self) -> u64 {
         // The dense rootness, and ridges of some hundredths of its voxels.
@@ -32,18 +33,20 @@ impl Stage for Trace {
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let ridges = suppress::read(inputs.one("ridges")?)?;
-        let strong: Vec<u32> = extract::read(inputs.one("roots")?)?.iter().map(|p| p.index).collect();
+        let thresholds = self.params.thresholds().thresholds(&ridges);
+        let shortest = self.params.shortest_mm / self.grid.spacing_mm as f32;
+        let strong = Links::new(&ridges, thresholds.0).pieces(&ridges, thresholds, shortest).label;
         let rootness = read3::<f32>(inputs.one("rootness")?, "rootness")?;
         let points = points(&ridges, &strong, &self.grid, &self.sigma_mm)?;
         let pieces = trace(&points, &Field { grid: self.grid, rootness: rootness.view() }, &self.params)?;
         if pieces.pieces.is_empty() {
-            output.warn("no root was traced; look at the extracted voxels");
+            output.warn("no root was traced; lower trace.high, or look at the rootness volume");
         }
         output.json("pieces.json", &pieces)
     }
 }
 
-/// The ridge voxels as points; strong are those in `strong` (flat indices, ascending as the ridges are).
+/// The ridge voxels as points; strong are those with a number in `strong`.
 fn points(ridges: &Ridges, strong: &[u32], grid: &Grid, sigma_mm: &[f64]) -> Result<Vec<RidgePoint>> {
     (0..ridges.len())
         .map(|n| {
@@ -56,7 +59,7 @@ fn points(ridges: &Ridges, strong: &[u32], grid: &Grid, sigma_mm: &[f64]) -> Res
                 tangent: Vec3::from(ridges.tangent[n].map(f64::from)).try_normalize(1e-9).unwrap_or_else(Vec3::z),
                 rootness: f64::from(ridges.rootness[n]),
                 sigma_mm,
-                strong: strong.binary_search(&ridges.index[n]).is_ok(),
+                strong: strong[n] > 0,
             })
         })
         .collect()

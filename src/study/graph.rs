@@ -245,7 +245,7 @@ fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &s
     let extract = Extract { grid: s.grid, params: s.extract };
     let extract = graph.add(&name("extract"), extract, &[("ridges", &[ridges])]);
     let trace = Trace { grid: s.grid, sigma_mm: s.rootness.sigma.clone(), params: s.trace.clone() };
-    let ports = [("ridges", &[ridges][..]), ("roots", &[extract]), ("rootness", &[rootness])];
+    let ports = [("ridges", &[ridges][..]), ("rootness", &[rootness])];
     let traced = graph.add(&name("trace"), trace, &ports);
     let measured = if s.diameters.enabled {
         let cameras: Vec<NodeId> = from.seen.iter().map(|v| v.2).collect();

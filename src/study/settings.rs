@@ -227,7 +227,8 @@ impl Settings {
             render.check(),
             contrast.check(),
             merge.check(),
-            extract.check(),
+            extract.check("extract.low", "extract.high", "extract.min_length_mm"),
+            trace.thresholds().check("trace.low", "trace.high", "trace.shortest_mm"),
             rootness.check(grid.spacing),
             overlay.check(),
         ];

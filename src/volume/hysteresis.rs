@@ -42,22 +42,20 @@ impl Default for Hysteresis {
 }
 
 impl Hysteresis {
-    /// Fails where a parameter is out of range.
+    /// Fails where a parameter is out of range; the parameters go by the names given.
     ///
     /// # Errors
     /// All faults at once.
-    pub fn check(&self) -> Result<()> {
+    pub fn check(&self, low: &str, high: &str, min_length_mm: &str) -> Result<()> {
         let mut faults = Vec::new();
         if self.low > self.high || self.low.is_nan() || self.high.is_nan() {
             faults.push(
-                Error::usage(format!("extract.low ({}) is not at most extract.high ({})", self.low, self.high))
-                    .help("voxels above `high` start a root, voxels above `low` continue it"),
+                Error::usage(format!("{low} ({}) is not at most {high} ({})", self.low, self.high))
+                    .help("voxels above the higher start a root, voxels above the lower continue it"),
             );
         }
         if !(self.min_length_mm >= 0.0 && self.min_length_mm.is_finite()) {
-            faults.push(
-                Error::usage(format!("extract.min_length_mm is {}", self.min_length_mm)).help("give 0 or more mm"),
-            );
+            faults.push(Error::usage(format!("{min_length_mm} is {}", self.min_length_mm)).help("give 0 or more mm"));
         }
         Error::many(faults)
     }
@@ -267,7 +265,7 @@ mod tests {
     #[test]
     fn crossed_thresholds_are_refused() {
         let crossed = Hysteresis { low: 0.2, high: 0.1, min_length_mm: -1.0, ..Hysteresis::default() };
-        let error = crossed.check().unwrap_err();
+        let error = crossed.check("extract.low", "extract.high", "extract.min_length_mm").unwrap_err();
         assert!(error.message.contains("extract.low") && error.others.len() == 1);
     }
 

@@ -208,6 +208,11 @@ impl Work<'_> {
             .collect()
     }
 
+    /// Whether photographs have measured the root before: else its radius is that of the scale, which tells nothing.
+    fn is_known(roots: &[TracedRoot], root: usize) -> bool {
+        roots[root].views.iter().any(|&views| views > 0)
+    }
+
     fn expected(&self, roots: &[TracedRoot], root: usize, b: usize) -> f64 {
         roots[root].root.radii_mm[self.beads[root].points[b]]
     }
@@ -225,7 +230,7 @@ impl Work<'_> {
                 .filter_map(|b| {
                     let radius = self.expected(roots, r, b);
                     let profiles = self.profiles(&clutter, r, b, radius);
-                    let diameter = if expected {
+                    let diameter = if expected && Self::is_known(roots, r) {
                         2.0 * radius
                     } else {
                         width::common(&profiles, &self.bars, None, self.params).measured?.diameter_mm
@@ -258,6 +263,7 @@ impl Work<'_> {
         let clutter = self.clutter(roots);
         let read_only: &[TracedRoot] = roots;
         let one = |r: usize| -> Vec<(f64, Station)> {
+            let expected = expected && Self::is_known(read_only, r);
             self.stations(r, stride)
                 .map(|b| {
                     let radius = self.expected(read_only, r, b);
