@@ -90,6 +90,7 @@ fn draw(path: &str, found: &[Deviation]) -> Result<(), Box<dyn std::error::Error
     }
     chart
         .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
         .background_style(WHITE)
         .border_style(BLACK)
         .label_font(("sans-serif", 14))

@@ -124,8 +124,8 @@ impl<'a> March<'a> {
                 self.on_fold[l] = if beyond { lanes.b[l].signum() } else { 0.0 };
             }
         }
-        for l in 0..LANES {
-            if !follows[l] {
+        for (l, follows) in follows.into_iter().enumerate() {
+            if !follows {
                 // Stays where it was.
                 (lanes.b[l], lanes.s[l]) = (self.b[0][l], self.s[0][l]);
                 for order in 1..4 {
@@ -136,8 +136,8 @@ impl<'a> March<'a> {
         differ(&mut self.b, &lanes.b, self.known);
         differ(&mut self.s, &lanes.s, self.known);
         self.known = (self.known + 1).min(3);
-        for l in 0..LANES {
-            if !wanted[l] {
+        for (l, &wanted) in wanted.iter().enumerate() {
+            if !wanted {
                 lanes.distance[l] = f64::INFINITY;
             } else if lanes.distance[l] > self.reach {
                 let columns = (lanes.distance[l] - self.reach) / (MOST_APPROACH * self.spacing);

@@ -245,12 +245,12 @@ impl ViewMap {
         let (tank, wall_z, water_z) = (&self.tank, &lanes.wall_z, &lanes.water_z);
         let (level, floor) = (tank.water_level_mm, tank.floor_mm());
         let mut clear = [false; LANES];
-        for l in 0..LANES {
-            clear[l] = (wall_z[l] >= 0.0) & (wall_z[l] <= tank.height_mm) & (water_z[l] > level) & (water_z[l] < floor);
+        for (l, clear) in clear.iter_mut().enumerate() {
+            *clear = (wall_z[l] >= 0.0) & (wall_z[l] <= tank.height_mm) & (water_z[l] > level) & (water_z[l] < floor);
         }
         for &[from, to] in &tank.belts_mm {
-            for l in 0..LANES {
-                clear[l] &= !((wall_z[l] >= from) & (wall_z[l] <= to));
+            for (clear, z) in clear.iter_mut().zip(wall_z) {
+                *clear &= !((*z >= from) & (*z <= to));
             }
         }
         clear
