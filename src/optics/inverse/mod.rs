@@ -215,9 +215,8 @@ impl ViewMap {
         let inverse_n = 1.0 / self.path.n_squared[0].sqrt();
         let inverse_moment = inverse_n / self.path.r0;
         let inverse_water = 1.0 / self.path.n_squared[2];
-        let clear = self.clear_lanes(lanes);
         let m = &self.cam_from_turned;
-        for l in 0..LANES {
+        for (l, is_clear) in self.clear_lanes(lanes).into_iter().enumerate() {
             let (along, down) = (lanes.b[l] * inverse_moment, lanes.s[l] * inverse_n);
             let inward = (1.0 - along * along - down * down).sqrt();
             let x = m.m12 * along + m.m13 * down - m.m11 * inward;
@@ -229,7 +228,7 @@ impl ViewMap {
             let of_both = 1.0 / (z * slant);
             let per_z = of_both * slant;
             let scale = lens.focal_px * per_z;
-            let seen = if (z > 1e-12) & clear[l] { 0.0 } else { f64::NAN };
+            let seen = if (z > 1e-12) & is_clear { 0.0 } else { f64::NAN };
             out.u[l] = x * scale + lens.cx + seen;
             out.v[l] = y * scale + lens.cy;
             // Solid angle in air of a patch of water across the ray, and its area on the picture.
