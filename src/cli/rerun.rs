@@ -21,7 +21,7 @@ use std::path::PathBuf;
 pub struct Rerun {
     /// The study.lock of a results folder.
     lock: PathBuf,
-    /// Folder of the capture, where it is not where it was, as seen from the lock.
+    /// Folder of the capture, where it is not where the lock says.
     #[arg(long, value_name = "DIR")]
     photos_dir: Option<String>,
     #[command(flatten)]

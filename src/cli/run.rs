@@ -51,7 +51,9 @@ impl Run {
             return Err(Error::usage(format!("--best {column}: `{}` is no sweep", self.study.study.display()))
                 .help("lay a [sweep] over it, such as --set 'sweep.extract.high=[0.8, 1.0]'"));
         }
-        folder::check_writable(&self.results)?;
+        for study in &batch.studies {
+            folder::check_place(&self.results, &study.name)?;
+        }
         let store = self.store.open()?;
         let (targets, threads) = (batch.targets(), self.machine.threads());
         let watch = Watch::new(&batch.graph, &store, &targets, batch.names(), threads, self.trace.trace.clone())?;

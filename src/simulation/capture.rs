@@ -188,12 +188,12 @@ impl CaptureParams {
             ("front_level", self.front_level),
             ("table_radii", self.table_radii),
             ("noise_sigma", self.noise_sigma),
-            ("blur_px", self.blur_px),
             ("exposure_drift", self.exposure_drift),
             ("sway_mm", self.sway_mm),
         ] {
             need(x.is_finite() && x >= 0.0, key, &x, "give a number of at least 0");
         }
+        need((0.0..=100.0).contains(&self.blur_px), "blur_px", &self.blur_px, "give 0 to 100 px");
         for (key, x) in [("dirt_mm", self.dirt_mm), ("bubble_mm", self.bubble_mm)] {
             need(x > 0.0 && x <= 3.0, key, &x, "give a radius over 0 and at most 3 mm");
         }

@@ -79,11 +79,12 @@ impl Made {
 /// The licence as the metadata names it: the address of an SPDX name, an address as it is, or that none is given.
 fn license(lock: &Lock) -> Value {
     let given = lock.settings.get("study.license").map(|toml| toml.trim_matches(['"', '\'']).to_owned());
-    match given {
-        Some(url) if url.contains("://") => json!({ "@id": url, "@type": "CreativeWork", "name": url }),
-        Some(name) => {
-            json!({ "@id": format!("https://spdx.org/licenses/{name}"), "@type": "CreativeWork", "name": name })
-        }
+    let is_name = |name: &str| name.chars().all(|c| c.is_ascii_alphanumeric() || ".+-".contains(c));
+    let named = |id: String, name: String| json!({ "@id": id, "@type": "CreativeWork", "name": name });
+    match given.filter(|given| !given.trim().is_empty()) {
+        Some(url) if url.contains("://") && !url.contains(char::is_whitespace) => named(url.clone(), url),
+        Some(name) if is_name(&name) => named(format!("https://spdx.org/licenses/{name}"), name),
+        Some(words) => named("#license".into(), words),
         None => json!({ "@id": "#license", "@type": "CreativeWork", "name": "No licence given",
             "description": "The study does not say under what licence its results are: ask those who made them" }),
     }

@@ -202,6 +202,11 @@ impl<'t> Document<'t> {
         }
     }
 
+    /// Whether what stands there comes from the command line, not from the file.
+    pub(super) fn is_override(&self, span: &Range<usize>) -> bool {
+        span.start >= self.sources.file_len && self.sources.text.len() > self.sources.file_len
+    }
+
     /// The error `message` at a place of the file, or of the override that the place lies in.
     pub(super) fn fault(&self, message: &str, span: Option<Range<usize>>) -> Error {
         let Sources { name, text, file_len, .. } = self.sources;

@@ -26,15 +26,19 @@ impl Fresh {
     pub fn begin(results_dir: &Path, lock: &Lock) -> Result<Option<Self>> {
         let (name, text) = (&lock.study, lock.text()?);
         let target = results_dir.join(name);
+        check_free(&target)?;
+        // Results behind a link stay behind it.
+        let target = fs::canonicalize(&target).unwrap_or(target);
         if fs::read_to_string(target.join(LOCK)).is_ok_and(|old| old == text) && is_complete(&target) {
             return Ok(None);
         }
         fs::create_dir_all(results_dir)
             .map_err(|e| Error::io("create", results_dir, e).help("name another folder with --results"))?;
+        let beside = target.parent().unwrap_or(results_dir);
         let folder = tempfile::Builder::new()
             .prefix(&format!(".{name}-"))
-            .tempdir_in(results_dir)
-            .map_err(|e| Error::io("write into", results_dir, e).help("name another folder with --results"))?;
+            .tempdir_in(beside)
+            .map_err(|e| Error::io("write into", beside, e).help("name another folder with --results"))?;
         let fresh = Self { folder, target };
         fresh.write(LOCK, text.as_bytes())?;
         Ok(Some(fresh))
@@ -71,19 +75,46 @@ impl Fresh {
             entries.map(|entry| (entry.file_name().to_string_lossy().into_owned(), entry.path().is_dir())).collect();
         entries.sort();
         self.write(crate_metadata::NAME, crate_metadata::text(lock, &entries, made)?.as_bytes())?;
+        keep_foreign(&self.target, folder)?;
         swap_in(self.folder, &self.target)
     }
 }
 
-/// Fails where no results could be written into `results_dir`, before anything is computed for them.
+/// Fails where the results of study `name` could not be written into `results_dir`, before anything is computed for them.
 ///
 /// # Errors
-/// Where it, or the folder it would be made in, cannot be written.
-pub fn check_writable(results_dir: &Path) -> Result<()> {
+/// Where it, or the folder it would be made in, cannot be written, or something else stands in their place.
+pub fn check_place(results_dir: &Path, name: &str) -> Result<()> {
+    check_free(&results_dir.join(name))?;
     let mut there = results_dir.ancestors().filter(|a| a.as_os_str().is_empty() || a.exists());
     let there = there.next().filter(|a| !a.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let tried = tempfile::Builder::new().prefix(".rootvox-").tempdir_in(there);
     tried.map(drop).map_err(|e| Error::io("write into", results_dir, e).help("name another folder with --results"))
+}
+
+/// Fails where the target holds something that is no result.
+fn check_free(target: &Path) -> Result<()> {
+    let is_empty = fs::read_dir(target).is_ok_and(|mut entries| entries.next().is_none());
+    if fs::symlink_metadata(target).is_err() || is_empty || target.join(LOCK).is_file() {
+        return Ok(());
+    }
+    let message = format!("`{}` is no results folder (it holds no {LOCK}) and is left as it is", target.display());
+    Err(Error::usage(message).help("name another folder with --results, or the study otherwise with study.name"))
+}
+
+/// Carries what people put beside the old results over to the fresh ones.
+fn keep_foreign(target: &Path, fresh: &Path) -> Result<()> {
+    let page = fs::read(target.join(crate_metadata::NAME)).ok();
+    let Some(parts) = page.and_then(|page| crate_metadata::parts(&page)) else { return Ok(()) };
+    let own: Vec<&str> = parts.iter().map(|part| part.trim_end_matches('/')).chain([crate_metadata::NAME]).collect();
+    let Ok(entries) = fs::read_dir(target) else { return Ok(()) };
+    for entry in entries.flatten() {
+        let (name, to) = (entry.file_name(), fresh.join(entry.file_name()));
+        if !own.iter().any(|own| name == **own) && !to.exists() {
+            copy(&entry.path(), &to)?;
+        }
+    }
+    Ok(())
 }
 
 /// Whether every part that the folder's metadata names is there: somebody may have removed one.

@@ -140,6 +140,7 @@ impl<'t> Section<'t> {
         flatten("", table, &mut written);
         written.sort_by_key(|axis| axis.span.start);
         let mut faults = Vec::new();
+        let mut written = once(written, document, &mut faults);
         for axis in &mut written {
             if let Err(fault) = axis.check(document) {
                 faults.push(fault);
@@ -185,6 +186,26 @@ fn overrides<'s>(axes: &[Axis<'s>], point: usize) -> Vec<Override<'s>> {
         values.map(|(parameter, value)| Override { parameter, text: shown(value.get_ref()), value }).collect::<Vec<_>>()
     };
     chosen.into_iter().rev().flat_map(of_axis).collect()
+}
+
+/// The axes with those of the command line in the place of the file's over the same parameters, however these are spelt;
+/// a parameter on two axes is a fault.
+fn once<'t>(written: Vec<Written<'t>>, document: &Document<'t>, faults: &mut Vec<Error>) -> Vec<Written<'t>> {
+    let mut axes: Vec<Written<'t>> = Vec::new();
+    for axis in written {
+        let same = axes.iter_mut().find(|other| other.parameters == axis.parameters);
+        if let (Some(other), true) = (same, document.is_override(&axis.span)) {
+            *other = axis;
+            continue;
+        }
+        let twice = axis.parameters.iter().find(|p| axes.iter().any(|other| other.parameters.contains(p)));
+        if let Some(parameter) = twice {
+            let message = format!("[sweep] `{parameter}` is on two axes");
+            faults.push(document.fault(&message, Some(axis.span.clone())).help("sweep a parameter once"));
+        }
+        axes.push(axis);
+    }
+    axes
 }
 
 /// Axes out of nested tables: `extract.high = [..]` is `"extract.high" = [..]`.
@@ -311,7 +332,11 @@ mod tests {
 
     /// The texts of every point's values, or the messages of all faults.
     fn points(text: &str) -> std::result::Result<Vec<String>, String> {
-        let sources = Sources::new("study.toml", text, &[]).unwrap();
+        points_with(text, &[])
+    }
+
+    fn points_with(text: &str, overrides: &[String]) -> std::result::Result<Vec<String>, String> {
+        let sources = Sources::new("study.toml", text, overrides).unwrap();
         let mut document = Document::parse(&sources).unwrap();
         let section = Section::take(&mut document).map_err(|e| e.to_string())?.unwrap();
         let points = section.points().map_err(|e| e.to_string())?;
@@ -330,12 +355,23 @@ mod tests {
     }
 
     #[test]
+    fn an_axis_of_the_command_line_takes_the_place_of_the_files_however_it_is_spelt() {
+        for file in ["\"a.b\" = [1, 2]", "a.b = [1, 2]"] {
+            for set in ["sweep.a.b=[3, 4, 5]", "sweep.\"a.b\"=[3, 4, 5]"] {
+                let found = points_with(&format!("[sweep]\n{file}\n"), &[set.to_owned()]);
+                assert_eq!(found.unwrap(), ["3", "4", "5"], "{file} {set}");
+            }
+        }
+    }
+
+    #[test]
     fn what_is_no_axis_is_shown_at_its_place() {
         for (axis, word) in [
             ("\"a.b\" = 3", "found integer"),
             ("\"a.b\" = []", "at least one"),
             ("\"b\" = [3]", "names no parameter"),
             ("\"a.b, a.c\" = [[1, 2], [3]]", "list of 2 values"),
+            ("\"a.b\" = [1]\na.b = [2]", "two axes"),
             ("\"a.b\" = { from = 1, to = 0 }", "do not lead"),
             ("\"a.b\" = { from = 1, to = 9, stop = 3 }", "stop"),
             ("\"a.b\" = { from = 0, to = 1, count = 5, scale = \"log\" }", "above 0"),
@@ -344,7 +380,10 @@ mod tests {
         ] {
             let message = points(&format!("[sweep]\n{axis}\n")).unwrap_err();
             assert!(message.contains(word), "{axis}: {message}");
-            assert!(message.contains("line 2") || message.contains("points"), "{message}");
+            assert!(
+                message.contains("line 2") || message.contains("line 3") || message.contains("points"),
+                "{message}"
+            );
         }
     }
 

@@ -135,6 +135,19 @@ fn results_that_cannot_be_written_are_told_of_before_anything_is_computed() {
 }
 
 #[test]
+fn what_is_no_result_is_never_replaced() {
+    let capture = Capture::new();
+    // A folder of photographs where the results would go.
+    fs::create_dir_all(capture.path("plants/tiny")).expect("can make");
+    fs::write(capture.path("plants/tiny/001.jpg"), b"mine").expect("can write");
+    let output = capture.run(&["--results", "plants"]).output().expect("runs");
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("no results folder") && text.contains("--results"), "{text}");
+    assert_eq!(fs::read(capture.path("plants/tiny/001.jpg")).expect("is there"), b"mine");
+}
+
+#[test]
 fn numbers_that_are_none_are_shown_at_their_place() {
     let capture = Capture::new();
     for (set, words) in [

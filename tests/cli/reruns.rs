@@ -111,7 +111,9 @@ fn results_say_what_they_are() {
     }
     assert!(entity("#resident-peak")["value"].as_str().expect("measured").parse::<u64>().expect("bytes") > 1 << 20);
     assert_eq!(entity("./")["license"]["@id"], "#license");
+    fs::write(capture.path("results/tiny/notes.txt"), b"mine").expect("can write");
     capture.run(&["--set", "study.license='CC-BY-4.0'"]).assert().success();
+    assert!(capture.path("results/tiny/notes.txt").exists(), "what people put beside the results stays");
     let text = fs::read_to_string(capture.path("results/tiny/ro-crate-metadata.json")).expect("is there");
     assert!(text.contains("https://spdx.org/licenses/CC-BY-4.0"), "{text}");
     assert_eq!(entity("#run")["object"].as_array().expect("inputs").len(), 7, "six photographs and the cameras");
