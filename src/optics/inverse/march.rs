@@ -202,7 +202,7 @@ impl<'a> March<'a> {
                 let to_fold = fold * fold.abs() * n1_squared - next.b[l] * next.b[l];
                 let room = if side[l] == 0.0 { to_fold } else { beyond - TOUCHES };
                 // The slope along the fold is less exact than the derivatives of the misses.
-                let most = if side[l] == 0.0 { 3e-6 } else { 3e-7 };
+                let most = if side[l] == 0.0 { 3e-6 } else { 3e-8 };
                 let inside = (next.s[l] > low) & (next.s[l] < high);
                 let small = (db.abs() < 3e-4) & (ds.abs() < most);
                 crosses[l] = if room > 0.0 { 0.0 } else { 1.0 };
