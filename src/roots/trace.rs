@@ -28,7 +28,7 @@ pub struct TraceParams {
     /// Ridges above it are traced, with all that is linked to them above `low`.
     pub high: f32,
     /// Ridges whose bounding box has a shorter diagonal are not traced, mm.
-    pub shortest_mm: f32,
+    pub min_length_mm: f32,
     /// Spacing of the centreline's points, mm, 0.1 to 5.
     pub step_mm: f64,
     /// Waves of the ridge shorter than this are noise, mm, 1 to 30; a few times the thickest lateral.
@@ -48,7 +48,7 @@ impl Default for TraceParams {
         Self {
             low: 0.6,
             high: 0.9,
-            shortest_mm: 3.0,
+            min_length_mm: 3.0,
             step_mm: 0.5,
             smooth_mm: 6.0,
             link: LinkParams::default(),
@@ -61,8 +61,8 @@ impl Default for TraceParams {
 
 impl TraceParams {
     /// Which ridges are traced.
-    pub fn thresholds(&self) -> Hysteresis {
-        Hysteresis { low: self.low, high: self.high, unit: Unit::Level, min_length_mm: self.shortest_mm }
+    pub fn hysteresis(&self) -> Hysteresis {
+        Hysteresis { low: self.low, high: self.high, unit: Unit::Level, min_length_mm: self.min_length_mm }
     }
 }
 

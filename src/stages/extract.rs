@@ -9,7 +9,7 @@ use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::tables::{self, RootVoxel};
 use crate::store::Artefact;
 use crate::volume::Grid;
-use crate::volume::hysteresis::{Hysteresis, Links};
+use crate::volume::hysteresis::Hysteresis;
 use ndarray::{Array1, Array2};
 use serde::Serialize;
 
@@ -42,10 +42,8 @@ impl Stage for Extract {
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let ridges = suppress::read(inputs.one("ridges")?)?;
-        self.params.check("extract.low", "extract.high", "extract.min_length_mm")?;
-        let thresholds = self.params.thresholds(&ridges);
-        let min_length = self.params.min_length_mm / self.grid.spacing_mm as f32;
-        let pieces = Links::new(&ridges, thresholds.0).pieces(&ridges, thresholds, min_length);
+        self.params.check("extract")?;
+        let pieces = self.params.pieces(&ridges, self.grid.spacing_mm);
         let points: Vec<RootPoint> = (0..ridges.len())
             .filter(|&n| pieces.label[n] > 0)
             .map(|n| RootPoint {

@@ -6,7 +6,6 @@ use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::optics::Vec3;
 use crate::roots::{Field, RidgePoint, TraceParams, trace};
-use crate::volume::hysteresis::Links;
 use crate::volume::{Grid, Ridges};
 use serde::Serialize;
 
@@ -33,9 +32,7 @@ impl Stage for Trace {
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let ridges = suppress::read(inputs.one("ridges")?)?;
-        let thresholds = self.params.thresholds().thresholds(&ridges);
-        let shortest = self.params.shortest_mm / self.grid.spacing_mm as f32;
-        let strong = Links::new(&ridges, thresholds.0).pieces(&ridges, thresholds, shortest).label;
+        let strong = self.params.hysteresis().pieces(&ridges, self.grid.spacing_mm).label;
         let rootness = read3::<f32>(inputs.one("rootness")?, "rootness")?;
         let points = points(&ridges, &strong, &self.grid, &self.sigma_mm)?;
         let pieces = trace(&points, &Field { grid: self.grid, rootness: rootness.view() }, &self.params)?;

@@ -22,6 +22,8 @@ const KNOWN: &[(&str, &str, &str)] = &[
     ("centrelines.ply", "model/ply", "Centrelines as lines"),
     ("roots.glb", "model/gltf-binary", "Roots as a coloured mesh"),
     ("roots.swc", "text/plain", "Roots as SWC"),
+    ("trait_spread.csv", "text/csv", "Spread of every trait over halves of the photographs"),
+    ("calibration", "image/png", "How cameras and tank were found: mask, outlines, ring of cameras, uncertainties"),
     ("slices", "image/png", "A horizontal slice of the volumes"),
     ("per_root.csv", "text/csv", "Traits of each root"),
     ("cameras.json", "application/json", "Lens and pose of every photograph"),
@@ -41,6 +43,11 @@ const KNOWN: &[(&str, &str, &str)] = &[
 
 /// Name of the file.
 pub const NAME: &str = "ro-crate-metadata.json";
+
+/// The names of all files and folders that results may have.
+pub fn known() -> Vec<String> {
+    KNOWN.iter().map(|(name, ..)| (*name).to_owned()).collect()
+}
 
 /// The files and folders that a page of metadata names; `None` where it is no such page.
 pub fn parts(page: &[u8]) -> Option<Vec<String>> {

@@ -105,7 +105,7 @@ fn check_free(target: &Path) -> Result<()> {
 /// Carries what people put beside the old results over to the fresh ones.
 fn keep_foreign(target: &Path, fresh: &Path) -> Result<()> {
     let page = fs::read(target.join(crate_metadata::NAME)).ok();
-    let Some(parts) = page.and_then(|page| crate_metadata::parts(&page)) else { return Ok(()) };
+    let parts = page.and_then(|page| crate_metadata::parts(&page)).unwrap_or_else(crate_metadata::known);
     let own: Vec<&str> = parts.iter().map(|part| part.trim_end_matches('/')).chain([crate_metadata::NAME]).collect();
     let Ok(entries) = fs::read_dir(target) else { return Ok(()) };
     for entry in entries.flatten() {

@@ -227,8 +227,8 @@ impl Settings {
             render.check(),
             contrast.check(),
             merge.check(),
-            extract.check("extract.low", "extract.high", "extract.min_length_mm"),
-            trace.thresholds().check("trace.low", "trace.high", "trace.shortest_mm"),
+            extract.check("extract"),
+            trace.hysteresis().check("trace"),
             rootness.check(grid.spacing),
             overlay.check(),
         ];

@@ -42,20 +42,22 @@ impl Default for Hysteresis {
 }
 
 impl Hysteresis {
-    /// Fails where a parameter is out of range; the parameters go by the names given.
+    /// Fails where a parameter of `section` is out of range.
     ///
     /// # Errors
     /// All faults at once.
-    pub fn check(&self, low: &str, high: &str, min_length_mm: &str) -> Result<()> {
+    pub fn check(&self, section: &str) -> Result<()> {
         let mut faults = Vec::new();
         if self.low > self.high || self.low.is_nan() || self.high.is_nan() {
             faults.push(
-                Error::usage(format!("{low} ({}) is not at most {high} ({})", self.low, self.high))
-                    .help("voxels above the higher start a root, voxels above the lower continue it"),
+                Error::usage(format!("{section}.low ({}) is not at most {section}.high ({})", self.low, self.high))
+                    .help("voxels above `high` start a root, voxels above `low` continue it"),
             );
         }
         if !(self.min_length_mm >= 0.0 && self.min_length_mm.is_finite()) {
-            faults.push(Error::usage(format!("{min_length_mm} is {}", self.min_length_mm)).help("give 0 or more mm"));
+            faults.push(
+                Error::usage(format!("{section}.min_length_mm is {}", self.min_length_mm)).help("give 0 or more mm"),
+            );
         }
         Error::many(faults)
     }
@@ -67,6 +69,12 @@ impl Hysteresis {
             Unit::Rootness => 1.0,
         };
         (self.low * unit, self.high * unit)
+    }
+
+    /// The pieces of these ridges that are root, on a grid of that spacing.
+    pub fn pieces(&self, ridges: &Ridges, spacing_mm: f64) -> Pieces {
+        let thresholds = self.thresholds(ridges);
+        Links::new(ridges, thresholds.0).pieces(ridges, thresholds, self.min_length_mm / spacing_mm as f32)
     }
 }
 
@@ -265,7 +273,7 @@ mod tests {
     #[test]
     fn crossed_thresholds_are_refused() {
         let crossed = Hysteresis { low: 0.2, high: 0.1, min_length_mm: -1.0, ..Hysteresis::default() };
-        let error = crossed.check("extract.low", "extract.high", "extract.min_length_mm").unwrap_err();
+        let error = crossed.check("extract").unwrap_err();
         assert!(error.message.contains("extract.low") && error.others.len() == 1);
     }
 

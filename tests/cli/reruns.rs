@@ -114,6 +114,9 @@ fn results_say_what_they_are() {
     fs::write(capture.path("results/tiny/notes.txt"), b"mine").expect("can write");
     capture.run(&["--set", "study.license='CC-BY-4.0'"]).assert().success();
     assert!(capture.path("results/tiny/notes.txt").exists(), "what people put beside the results stays");
+    fs::remove_file(capture.path("results/tiny/ro-crate-metadata.json")).expect("can remove");
+    capture.run(&["--set", "study.license='CC-BY-4.0'"]).assert().success();
+    assert!(capture.path("results/tiny/notes.txt").exists(), "also where the list of parts is lost");
     let text = fs::read_to_string(capture.path("results/tiny/ro-crate-metadata.json")).expect("is there");
     assert!(text.contains("https://spdx.org/licenses/CC-BY-4.0"), "{text}");
     assert_eq!(entity("#run")["object"].as_array().expect("inputs").len(), 7, "six photographs and the cameras");

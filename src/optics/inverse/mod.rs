@@ -186,7 +186,7 @@ impl ViewMap {
             u,
             v,
             distance_mm: solved.distance,
-            clear: self.is_clear(wall_z_mm, water_z_mm),
+            clear: self.are_clear(&[wall_z_mm], &[water_z_mm]) == [true],
             wall_z_mm,
             water_z_mm,
         })
@@ -216,7 +216,7 @@ impl ViewMap {
         let inverse_moment = inverse_n / self.path.r0;
         let inverse_water = 1.0 / self.path.n_squared[2];
         let m = &self.cam_from_turned;
-        for (l, is_clear) in self.clear_lanes(lanes).into_iter().enumerate() {
+        for (l, is_clear) in self.are_clear(&lanes.wall_z, &lanes.water_z).into_iter().enumerate() {
             let (along, down) = (lanes.b[l] * inverse_moment, lanes.s[l] * inverse_n);
             let inward = (1.0 - along * along - down * down).sqrt();
             let x = m.m12 * along + m.m13 * down - m.m11 * inward;
@@ -238,12 +238,12 @@ impl ViewMap {
         out
     }
 
-    /// [`Self::is_clear`] of every lane.
+    /// Which rays, that meet the outer and the inner wall at these heights, carry evidence.
     #[inline(always)]
-    fn clear_lanes(&self, lanes: &Lanes) -> [bool; LANES] {
-        let (tank, wall_z, water_z) = (&self.tank, &lanes.wall_z, &lanes.water_z);
+    fn are_clear<const N: usize>(&self, wall_z: &[f64; N], water_z: &[f64; N]) -> [bool; N] {
+        let tank = &self.tank;
         let (level, floor) = (tank.water_level_mm, tank.floor_mm());
-        let mut clear = [false; LANES];
+        let mut clear = [false; N];
         for (l, clear) in clear.iter_mut().enumerate() {
             *clear = (wall_z[l] >= 0.0) & (wall_z[l] <= tank.height_mm) & (water_z[l] > level) & (water_z[l] < floor);
         }
@@ -253,12 +253,6 @@ impl ViewMap {
             }
         }
         clear
-    }
-
-    /// Whether a ray that meets the walls at these heights carries evidence.
-    #[inline]
-    pub fn is_clear(&self, wall_z_mm: f64, water_z_mm: f64) -> bool {
-        self.tank.is_clear(wall_z_mm) && water_z_mm > self.tank.water_level_mm && water_z_mm < self.tank.floor_mm()
     }
 
     /// Plan coordinates in the frame in which the camera stands on +x.
