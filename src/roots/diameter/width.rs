@@ -61,7 +61,7 @@ pub fn shows(fit: &Fit) -> bool {
 }
 
 /// How many of the photographs show a root, and their common diameter: none when fewer than `min_views` do. Searched over
-/// all diameters of the parameters, or, more finely, about the one that is expected, unless the best of those lies at their end.
+/// all diameters of the parameters, or, more finely, about the one that is expected.
 pub fn common(profiles: &[Profile], bars: &Bars, expected_mm: Option<f64>, params: &DiameterParams) -> Station {
     let (least, most) = (params.thinnest_mm, params.thickest_mm);
     let (from, to, ratio) = match expected_mm {
@@ -94,12 +94,7 @@ pub fn common(profiles: &[Profile], bars: &Bars, expected_mm: Option<f64>, param
     }
     let total: Vec<f64> = (0..widths.len()).map(|k| rises.iter().map(|r| r[k]).sum()).collect();
     let width_at = |at: f64| from * ratio.powf(at);
-    let best = lowest(&total);
-    let at_end = (best <= 0.0 && from > least) || (best >= count as f64 && to < most);
-    if expected_mm.is_some() && at_end {
-        return common(profiles, bars, None, params);
-    }
-    let diameter_mm = width_at(best);
+    let diameter_mm = width_at(lowest(&total));
     let mut off: Vec<f64> = rises.iter().map(|r| (width_at(lowest(r)) - diameter_mm).abs()).collect();
     off.sort_by(f64::total_cmp);
     let sd_mm = 1.4826 * off[off.len() / 2] / (rises.len() as f64).sqrt();
