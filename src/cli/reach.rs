@@ -31,7 +31,7 @@ pub fn reach(store: &Store, path: &Path) -> Result<Reach> {
     let batch = Batch::load(path, &[])?;
     let plan = Engine::new(store).status(&batch.graph, &batch.targets())?;
     let keys = plan.nodes().filter_map(|(_, planned)| match planned.state {
-        NodeState::Cached { key, .. } => Some(key),
+        NodeState::Cached { key, .. } | NodeState::WouldRun { key, .. } => Some(key),
         _ => None,
     });
     let names: Vec<&str> = batch.studies.iter().map(|study| study.name.as_str()).collect();

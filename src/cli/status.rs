@@ -4,14 +4,15 @@ use super::explain::{Line, causes_first, folded};
 use super::options::{StoreOptions, StudyOptions, human_bytes};
 use crate::error::{Error, Result};
 use crate::flow::{Engine, NodeState, Planned};
-use crate::study::batch::Batch;
+use crate::study::batch::{Batch, Study};
 use clap::Args;
 use std::fmt::Write;
 
 /// Show each node of a study: cached, or would run, and why; with times and sizes known from earlier runs.
 ///
 /// Nothing is computed. Causes come first, then what follows from them: "may run" is a node that is computed again only
-/// if what it reads turns out to have other values. Views that are alike share a line; --all lists each node.
+/// if what it reads turns out to have other values. Views that are alike share a line; --all lists each node. Points of
+/// a sweep whose settings are at fault come as errors, as a run reports them.
 #[derive(Args)]
 pub struct Status {
     #[command(flatten)]
@@ -30,7 +31,7 @@ impl Status {
     /// Prints the plan.
     ///
     /// # Errors
-    /// Faults of the study file or an unreadable store.
+    /// Faults of the study file, of single points after the plan of the others, or an unreadable store.
     #[expect(clippy::print_stdout, reason = "the plan is the data")]
     pub fn run(&self) -> Result<()> {
         let batch = Batch::load(&self.study.study, &self.study.set)?;
@@ -40,7 +41,7 @@ impl Status {
             let all: Vec<&Planned> = plan.nodes().map(|(_, p)| p).collect();
             let text = serde_json::to_string_pretty(&all).map_err(|e| Error::failed(format!("status: {e}")))?;
             println!("{text}");
-            return Ok(());
+            return unsound(&batch);
         }
         let names = batch.names();
         let (mut lines, mut cached) = (Vec::new(), 0);
@@ -67,8 +68,13 @@ impl Status {
             let _ = writeln!(text, "estimated: {seconds:.1} s of work, {bytes}{rest}");
         }
         print!("{text}");
-        Ok(())
+        unsound(&batch)
     }
+}
+
+/// The points of sweeps that a run would refuse.
+fn unsound(batch: &Batch) -> Result<()> {
+    Error::many(batch.studies.iter().flat_map(Study::faults).collect())
 }
 
 fn line(name: &str, planned: &Planned) -> Line {

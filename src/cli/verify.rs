@@ -55,7 +55,7 @@ fn plan(store: &Store, path: &std::path::Path) -> Result<Planned> {
     let plan = Engine::new(store).status(&batch.graph, &batch.targets())?;
     let known = plan.nodes().filter_map(|(node, planned)| match planned.state {
         NodeState::Cached { key, digest, .. } => Some((node, key, Some(digest))),
-        NodeState::WouldRun { key, .. } => Some((node, key, None)),
+        NodeState::WouldRun { key, digest, .. } => Some((node, key, digest)),
         _ => None,
     });
     let known = known.collect();

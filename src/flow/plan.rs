@@ -41,6 +41,8 @@ pub enum NodeState {
     WouldRun {
         /// Its key.
         key: Key,
+        /// Digest of its artefact, where that is on record and only the values are gone.
+        digest: Option<Digest>,
         /// What differs from the nearest earlier run.
         changes: Vec<Change>,
     },
@@ -67,6 +69,13 @@ pub struct Planned {
     pub bytes: Option<u64>,
 }
 
+impl Planned {
+    /// Whether a run would compute it, or may.
+    fn is_pending(&self) -> bool {
+        matches!(self.state, NodeState::WouldRun { .. } | NodeState::Unknown { .. })
+    }
+}
+
 /// What a run would do.
 pub struct Plan {
     entries: Vec<Option<Planned>>,
@@ -87,13 +96,14 @@ impl Plan {
     fn digest(&self, n: usize) -> Option<Digest> {
         match self.entries[n].as_ref().map(|entry| &entry.state) {
             Some(NodeState::File { digest } | NodeState::Cached { digest, .. }) => Some(*digest),
+            Some(NodeState::WouldRun { digest, .. }) => *digest,
             _ => None,
         }
     }
 
     /// Nodes that would run, or may.
     pub fn pending(&self) -> impl Iterator<Item = (NodeId, &Planned)> {
-        self.nodes().filter(|(_, p)| matches!(p.state, NodeState::WouldRun { .. } | NodeState::Unknown { .. }))
+        self.nodes().filter(|(_, planned)| planned.is_pending())
     }
 }
 
@@ -149,6 +159,7 @@ pub(super) fn plan(graph: &Graph, store: &Store, targets: &[NodeId]) -> Result<P
                     let before = experience.of(stage).iter().any(|past| past.key == key);
                     NodeState::WouldRun {
                         key,
+                        digest: None,
                         changes: if before { vec![Change::NotStored] } else { changes(&mut experience, Some(key)) },
                     }
                 }
@@ -156,11 +167,37 @@ pub(super) fn plan(graph: &Graph, store: &Store, targets: &[NodeId]) -> Result<P
         } else {
             NodeState::Unknown { changes: changes(&mut experience, None) }
         };
-        let pending = matches!(state, NodeState::WouldRun { .. } | NodeState::Unknown { .. });
-        let (seconds, bytes) = if pending { experience.estimate(stage, &label) } else { (None, None) };
-        entries[n] = Some(Planned { label, stage: Some(stage), state, seconds, bytes });
+        entries[n] = Some(Planned { label, stage: Some(stage), state, seconds: None, bytes: None });
+    }
+    want_values(graph, targets, &mut entries);
+    for entry in entries.iter_mut().flatten().filter(|entry| entry.is_pending()) {
+        let Some(stage) = entry.stage else { continue };
+        (entry.seconds, entry.bytes) = experience.estimate(stage, &entry.label);
     }
     Ok(Plan { entries })
+}
+
+/// Where only a record is left of what a target or a node that would run has to read, that would run too; what streams
+/// is made again while it is read.
+fn want_values(graph: &Graph, targets: &[NodeId], entries: &mut [Option<Planned>]) {
+    let mut wanted = vec![false; entries.len()];
+    targets.iter().for_each(|target| wanted[target.0] = true);
+    // Consumers come after what they read.
+    for (n, entry) in entries.iter_mut().enumerate().rev() {
+        let (Some(entry), node) = (entry, &graph.nodes[n]) else { continue };
+        let mut reads = entry.is_pending();
+        if let NodeState::Cached { key, digest, is_virtual: true } = entry.state
+            && wanted[n]
+        {
+            reads = true;
+            if !node.is_virtual() {
+                entry.state = NodeState::WouldRun { key, digest: Some(digest), changes: vec![Change::NotStored] };
+            }
+        }
+        if reads {
+            node.inputs().for_each(|input| wanted[input] = true);
+        }
+    }
 }
 
 /// Earlier runs by stage, read once.

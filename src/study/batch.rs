@@ -12,10 +12,11 @@ use super::document::{Document, Sources};
 use super::graph;
 use super::nodes::StudyNodes;
 use super::settings::{Origin, Settings};
-use super::sweep::{Section, ranges};
+use super::sweep::{Override, Section, ranges};
 use crate::error::{Error, Result};
 use crate::flow::{Graph, NodeId};
-use std::collections::BTreeSet;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use toml::Spanned;
 use toml::de::DeValue;
@@ -28,6 +29,14 @@ pub struct Point {
     pub values: Vec<String>,
     /// The settings and their nodes, or why there are none.
     pub planned: Result<(Settings, StudyNodes)>,
+}
+
+impl Point {
+    fn title(&self, parameters: &[String]) -> String {
+        let values: Vec<String> =
+            parameters.iter().zip(&self.values).map(|(name, value)| format!("{name} = {value}")).collect();
+        format!("point {} ({})", self.number, values.join(", "))
+    }
 }
 
 /// A study: its one point, or the points of its sweep.
@@ -68,9 +77,13 @@ impl Study {
 
     /// A point for people: `point 3 (extract.high = 0.02)`.
     pub fn title(&self, point: &Point) -> String {
-        let values: Vec<String> =
-            self.parameters.iter().zip(&point.values).map(|(name, value)| format!("{name} = {value}")).collect();
-        format!("point {} ({})", point.number, values.join(", "))
+        point.title(&self.parameters)
+    }
+
+    /// The faults of points whose settings are unsound, each naming its point.
+    pub fn faults(&self) -> Vec<Error> {
+        let faults = self.points.iter().filter_map(|p| Some(p.planned.as_ref().err()?.clone().at(self.title(p))));
+        faults.collect()
     }
 }
 
@@ -119,23 +132,26 @@ impl Batch {
             self.studies.push(Study { name, parameters: Vec::new(), fastest: 1, traits: true, points: vec![point] });
             return Ok(());
         };
-        let mut points = Vec::new();
-        for (n, laid) in section.points()?.into_iter().enumerate() {
+        let laid: Vec<Vec<Override<'_>>> = section.points()?;
+        let values: Vec<Vec<String>> = laid.iter().map(|l| l.iter().map(|o| o.text.clone()).collect()).collect();
+        let read = |laid: Vec<Override<'_>>| {
             let mut document = document.clone();
-            let values = laid.iter().map(|o| o.text.clone()).collect();
             for o in laid {
                 document.set(o.parameter, o.value);
             }
-            let planned = Settings::read(document, origin).and_then(|settings| {
+            Settings::read(document, origin)
+        };
+        let read: Vec<Result<Settings>> = laid.into_par_iter().map(read).collect();
+        let mut points = Vec::with_capacity(read.len());
+        for (n, (settings, values)) in read.into_iter().zip(values).enumerate() {
+            let planned = settings.and_then(|settings| {
                 let nodes = graph::add(&mut self.graph, &settings)?;
                 Ok((settings, nodes))
             });
             points.push(Point { number: n + 1, values, planned });
         }
         let Some(name) = points.iter().find_map(|p| p.planned.as_ref().ok().map(|(s, _)| s.name.clone())) else {
-            let mut seen = BTreeSet::new();
-            let faults = points.into_iter().filter_map(|p| p.planned.err()).flat_map(Error::apart);
-            return Error::many(faults.filter(|e| seen.insert(e.message.clone())).collect());
+            return Error::many(faults_of_all(&section.parameters(), points));
         };
         let (parameters, fastest) = (section.parameters(), section.fastest());
         self.studies.push(Study { name, parameters, fastest, traits: section.traits, points });
@@ -188,6 +204,30 @@ impl Batch {
         let named = self.names().iter().position(|n| n == name).and_then(|n| self.graph.nodes().nth(n));
         named.map_or_else(|| self.graph.find(name), Ok)
     }
+}
+
+/// The faults of a sweep none of whose points is sound: once what all have, else with the first point that has it.
+fn faults_of_all(parameters: &[String], points: Vec<Point>) -> Vec<Error> {
+    let (count, mut order) = (points.len(), Vec::new());
+    let mut holders: BTreeMap<String, (usize, Error)> = BTreeMap::new();
+    for point in points {
+        let title = point.title(parameters);
+        for fault in point.planned.err().into_iter().flat_map(Error::apart) {
+            let (held, _) = holders.entry(fault.message.clone()).or_insert_with(|| {
+                order.push(fault.message.clone());
+                (0, fault.at(&title))
+            });
+            *held += 1;
+        }
+    }
+    let named = |message: String| {
+        let (held, mut fault) = holders.remove(&message)?;
+        if held == count {
+            fault.message = message;
+        }
+        Some(fault)
+    };
+    order.into_iter().filter_map(named).collect()
 }
 
 /// The studies of `[studies]`, each laid over the base; `base` is then without that section.

@@ -121,8 +121,9 @@ impl<'a> Swept<'a> {
     }
 
     fn contact(&self) -> Result<String> {
-        let Some((_, any, _)) = self.done().next() else {
-            return Err(Error::failed(format!("no point of the sweep `{}` could be computed", self.study.name)));
+        // The empty panels of points that failed are as large as another's.
+        let Some((any, _)) = self.study.points.iter().find_map(|point| point.planned.as_ref().ok()) else {
+            return Err(Error::failed(format!("no point of the sweep `{}` is sound", self.study.name)));
         };
         let (mut panels, mut tolerances) = (Vec::new(), Vec::<String>::new());
         for (point, fault) in self.study.points.iter().zip(&self.failed) {
@@ -183,7 +184,7 @@ impl<'a> Swept<'a> {
     /// Brings `results_dir/<name>` up to date and tells whether it had to be written.
     ///
     /// # Errors
-    /// Where no point could be computed, or the folder cannot be written; the old results then stay as they were.
+    /// Where the folder cannot be written; the old results then stay as they were.
     pub fn write(&self, results_dir: &Path) -> Result<bool> {
         let folder = results_dir.join(&self.study.name);
         let lock = Lock::of(self.batch, self.study, self.report, &folder)?;

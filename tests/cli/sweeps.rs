@@ -1,6 +1,6 @@
 //! Sweeps and studies on a common base: what they share is computed once, and a point that fails fails alone.
 
-use super::capture::{Capture, stderr};
+use super::capture::{Capture, rootvox, stderr};
 use super::runs::{computed, ran};
 use std::fs;
 
@@ -66,6 +66,34 @@ fn a_point_that_fails_fails_alone() {
     assert_eq!(rows[0].last().map(String::as_str), Some("error"));
     assert!(capture.path("results/tiny/points/1/root_voxels.csv").exists());
     assert!(!capture.path("results/tiny/points/2").exists());
+}
+
+#[test]
+fn the_plan_tells_which_points_must_fail() {
+    let capture = Capture::new();
+    for json in [&[][..], &["--json"]] {
+        let mut status = rootvox();
+        status.current_dir(capture.path("")).args(["status", "study.toml", "--set", "sweep.tank.wall=[2.0, 40.0]"]);
+        let output = status.args(json).output().expect("runs");
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains("point 2 (tank.wall = 40.0)") && !text.contains("point 1"), "{text}");
+        assert!(String::from_utf8_lossy(&output.stdout).contains("render/"), "the sound point is planned: {output:?}");
+    }
+}
+
+#[test]
+fn where_all_points_fail_each_is_told() {
+    let capture = Capture::new();
+    let all = capture.run(&["--set", "sweep.tank.wall=[40.0, 50.0]"]).output().expect("runs");
+    let text = String::from_utf8_lossy(&all.stderr).into_owned();
+    assert_eq!(all.status.code(), Some(2), "{text}");
+    assert!(text.contains("point 1 (tank.wall = 40.0)") && text.contains("point 2 (tank.wall = 50.0)"), "{text}");
+    // Sound settings, but a camera inside the tank: refused while it runs, and kept in the table.
+    let all = capture.run(&["--set", "sweep.tank.radius=[4000.0, 5000.0]"]).output().expect("runs");
+    let text = String::from_utf8_lossy(&all.stderr).into_owned();
+    assert!(text.contains("2 points, 2 failed") && text.contains("point 2 (tank.radius = 5000.0)"), "{text}");
+    assert_eq!(table(&capture).len(), 3);
 }
 
 #[test]

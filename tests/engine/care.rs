@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use rootvox::flow::Engine;
 use rootvox::store::Store;
 use rootvox::store::care::Collect;
 use tempfile::TempDir;
@@ -93,7 +94,11 @@ fn values_make_room_but_what_follows_is_still_found() {
     assert_eq!((done.nodes, done.emptied, done.kept_bytes), (0, 6, 0));
     let (graph, target) = Study::default().graph(dir.path());
     let sum = graph.find("sum").unwrap();
-    // The count has lost its values: it and what it reads run again, and have the digests they had.
+    // The count has lost its values: it and what it reads run again, as announced, and have the digests they had.
+    let plan = Engine::new(&store).status(&graph, &[target]).unwrap();
+    let announced = plan.pending().map(|(_, p)| p.label.clone()).collect::<BTreeSet<_>>();
+    assert_eq!(announced.into_iter().collect::<Vec<_>>(), ran(&run_logged(&store, &graph, target, 2).1));
+    store.collect(&Collect { max_bytes: Some(0), ..Collect::default() }).unwrap();
     let (report, log) = run_logged(&store, &graph, target, 2);
     let report = report.unwrap();
     assert_eq!(ran(&log), ["count", "spread/0", "spread/1", "spread/2", "spread/3", "sum"]);
