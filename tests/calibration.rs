@@ -150,7 +150,8 @@ fn a_radius_off_by_a_tenth_is_an_error_and_by_a_fiftieth_a_warning() {
     }
     for radius_mm in [49.0, 51.0] {
         let found = registered(&Tank { radius_mm, ..tank() }, &RegisterParams::default()).unwrap();
-        // Rim and floor are seen 1.4 % too close here, so that the height alone does not tell 51 mm from 50; the rings do.
+        // The wrong lens of the sparse model shows rim and floor 1.4 % too close (150.02 mm with the true one), so that the
+        // height alone does not tell 51 mm from 50; the rings do.
         let said = found.warnings.join("; ");
         assert!(said.contains("tank.radius"), "radius {radius_mm}: {said}");
     }

@@ -51,7 +51,8 @@ pub(super) fn lay_height(
     (start, seen_height)
 }
 
-/// Holds the height that the photographs show against the tank's: warns where they disagree.
+/// Holds the height that the photographs show against the tank's: warns where they disagree by more than a wrong lens of
+/// structure from motion does, a hundredth or so.
 ///
 /// # Errors
 /// Where they disagree by a twentieth or more: a size was misread, and nothing that follows could be right.

@@ -1,6 +1,6 @@
 //! How well the photographs bear a registration out, in numbers and in words.
 
-use super::adjust::{Adjusted, Network, Uncertainty};
+use super::adjust::{Adjusted, Network, Turning, Uncertainty};
 use crate::math::robust::median;
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +36,8 @@ pub struct Adjustment {
     pub edge_offsets_px: Vec<(String, f64)>,
     /// Median residual of each view's belt points, px.
     pub view_residuals_px: Vec<f64>,
+    /// How the table turned.
+    pub turning: Turning,
     /// Standard deviations.
     pub uncertainty: Uncertainty,
 }
@@ -56,6 +58,7 @@ impl Adjustment {
                 .zip(adjusted.edge_offsets_px.clone())
                 .collect(),
             view_residuals_px: adjusted.view_residuals_px.clone(),
+            turning: adjusted.turning.clone(),
             uncertainty: adjusted.uncertainty.clone(),
         }
     }

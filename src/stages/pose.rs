@@ -24,7 +24,7 @@ pub struct Pose {
 
 impl Stage for Pose {
     const NAME: &'static str = "pose";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let sparse: SparseModel = inputs.one("sparse")?.json("sparse")?;

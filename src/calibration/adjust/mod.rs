@@ -7,10 +7,11 @@
 //! **Unknowns**, in the tank frame: the lens (f, cx, cy, k1, k2, p1, p2, k3), the printed surface's radius
 //! (within its prior: the distance of rim and floor corrects it), a pose per view (turned by
 //! `exp ω` from the left, shifted by δt), two numbers (φ, z) per belt point, and per ring one offset of
-//! the seen edge along the outward normal (blur and halo move all of a ring's edges alike).
+//! the seen edge along the outward normal (blur and halo move all of a ring's edges alike); after the first round
+//! the axis that the table turned about (the module `turning`).
 //!
 //! **Residuals**: `pixel - sighting` of each belt point (two), the distance from each outline point to
-//! its ring along the ring's normal in the picture (one), priors. Each kind is divided by its robust
+//! its ring along the ring's normal in the picture (one), each pose's distance from a turn about the axis (six), priors. Each kind is divided by its robust
 //! standard deviation (1.4826 median |r|, taken anew between rounds) and weighted by the loss.
 //!
 //! **Solution**: Levenberg-Marquardt on the reweighted normal equations; the points are eliminated
@@ -21,10 +22,12 @@ mod covariance;
 mod normal;
 mod solve;
 mod state;
+mod turning;
 
 pub use covariance::Uncertainty;
 pub use solve::{Adjusted, adjust};
 pub use state::{Network, OutlinePoint, Ring, Start};
+pub use turning::Turning;
 
 use crate::math::robust::Loss;
 use serde::{Deserialize, Serialize};
@@ -63,6 +66,8 @@ pub struct AdjustParams {
     /// Prior standard deviation of a ring's common edge offset, px: by how far blur, halo and half-tones
     /// may shift all of its edges.
     pub edge_offset_sigma_px: f64,
+    /// Whether poses are drawn towards turns about one axis, as strongly as they are near such turns without that.
+    pub one_axis: bool,
 }
 
 impl Default for AdjustParams {
@@ -80,6 +85,7 @@ impl Default for AdjustParams {
             k3_sigma: 0.0,
             radius_sigma_mm: 0.05,
             edge_offset_sigma_px: 0.15,
+            one_axis: true,
         }
     }
 }

@@ -115,6 +115,11 @@ pub(super) fn cost(network: &Network, params: &AdjustParams, state: &State, sigm
     for k in 0..network.outline.len() {
         sum += rho(outline_residual(network, state, k).map_or(1e3, |r| r.value) / sigmas.outline_px);
     }
+    if let Some((axis, play)) = &state.axis {
+        for r in state.poses.iter().map(|pose| axis.residual(pose)) {
+            sum += rho(r.wobble.norm() / play.wobble) + rho(r.play_mm.norm() / play.play_mm);
+        }
+    }
     for (_, miss, sigma) in priors(network, params, state) {
         if sigma > 0.0 {
             sum += (miss / sigma).powi(2);
@@ -174,6 +179,21 @@ pub(super) fn normal(network: &Network, params: &AdjustParams, state: &State, si
         add_vector(&mut right, 0, &(by_common.transpose() * (-w * r.value)));
         right[offset] -= w * r.value;
         add_vector(&mut right, at, &(by_pose.transpose() * (-w * r.value)));
+    }
+    if let Some((axis, play)) = &state.axis {
+        let first = state.axis_index();
+        for (view, pose) in state.poses.iter().enumerate() {
+            let (r, at) = (axis.residual(pose), state.pose_index(view));
+            let parts = [(r.wobble, play.wobble), (r.play_mm, play.play_mm)];
+            for ((miss, sigma), (by_axis, by_pose)) in parts.into_iter().zip(r.by_axis.iter().zip(&r.by_pose)) {
+                let w = weight(miss.norm() / sigma) / (sigma * sigma);
+                add(&mut matrix, first, first, &(by_axis.transpose() * by_axis * w));
+                add(&mut matrix, first, at, &(by_axis.transpose() * by_pose * w));
+                add(&mut matrix, at, at, &(by_pose.transpose() * by_pose * w));
+                add_vector(&mut right, first, &(by_axis.transpose() * miss * -w));
+                add_vector(&mut right, at, &(by_pose.transpose() * miss * -w));
+            }
+        }
     }
     let mut held = Vec::new();
     for (k, miss, sigma) in priors(network, params, state) {

@@ -4,6 +4,7 @@ use super::AdjustParams;
 use super::covariance::{Uncertainty, uncertainty};
 use super::normal::{Sigmas, cost, normal, outline_residual};
 use super::state::{Network, Start, State, on_cylinder};
+use super::turning::{Axis, Play, Turning};
 use crate::calibration::sparse::Sighting;
 use crate::error::{Error, Result};
 use crate::math::robust::spread;
@@ -31,6 +32,8 @@ pub struct Adjusted {
     pub misses_px: Vec<[f64; 2]>,
     /// Median residual of each view's belt points, px.
     pub view_residuals_px: Vec<f64>,
+    /// How the table turned, by poses adjusted without the prior that it turns about one axis.
+    pub turning: Turning,
     /// Standard deviations.
     pub uncertainty: Uncertainty,
 }
@@ -57,11 +60,23 @@ pub fn adjust(network: &Network, start: &Start, params: &AdjustParams) -> Result
         points: start.points_mm.iter().map(|p| (p.y.atan2(p.x), p.z)).collect(),
         azimuths: network.outline.iter().map(|o| o.azimuth).collect(),
         offsets: vec![0.0; network.rings.len()],
+        axis: None,
     };
+    let heights = network.rings.iter().map(|ring| ring.z_mm);
+    let middle_mm = heights.clone().sum::<f64>() / heights.count().max(1) as f64;
     let mut sigmas = measure(network, &state);
+    let mut turning = None;
     for _ in 0..params.rounds {
         descend(network, params, &mut state, &sigmas)?;
         sigmas = measure(network, &state);
+        if turning.is_none() {
+            let axis = Axis::fitted(&state, middle_mm);
+            let play = axis.play(&state);
+            turning = Some(axis.turning(&play));
+            // As little play as the prior ever allows: a ten-thousandth of a pixel at the wall.
+            let play = Play { wobble: play.wobble.max(1e-7), play_mm: play.play_mm.max(1e-5) };
+            state.axis = params.one_axis.then_some((axis, play));
+        }
     }
     let uncertainty = uncertainty(network, params, &state, &sigmas)?;
     let (mut sum, mut count) = (0.0, 0_usize);
@@ -82,6 +97,7 @@ pub fn adjust(network: &Network, start: &Start, params: &AdjustParams) -> Result
         edge_offsets_px: state.offsets.clone(),
         misses_px: (0..network.outline.len()).map(|k| outline_miss(network, &state, k)).collect(),
         view_residuals_px: by_view.iter_mut().map(|v| crate::math::robust::median(v)).collect(),
+        turning: turning.ok_or_else(|| Error::failed("the adjustment ran no round"))?,
         uncertainty,
     })
 }

@@ -1,5 +1,6 @@
 //! The adjustment's unknowns, observations and projections with their derivatives.
 
+use super::turning::{AXIS, Axis, Play};
 use crate::calibration::sparse::Sighting;
 use crate::optics::{Lens, Mat3, Vec3, View};
 use nalgebra::{Matrix2, Matrix2x3, Rotation3, SMatrix, Vector2};
@@ -75,6 +76,8 @@ pub(super) struct State {
     pub azimuths: Vec<f64>,
     /// Edge offset per ring, px.
     pub offsets: Vec<f64>,
+    /// The table's axis with the play that the prior allows it, once it is known.
+    pub axis: Option<(Axis, Play)>,
 }
 
 /// A pixel with its derivatives by the common unknowns, the pose and the point in the tank frame; that by the
@@ -88,15 +91,19 @@ pub(super) struct Projection {
 
 impl State {
     pub fn size(&self) -> usize {
-        COMMON + self.offsets.len() + POSE * self.poses.len()
+        self.pose_index(self.poses.len())
     }
 
     pub fn offset_index(&self, ring: usize) -> usize {
         COMMON + ring
     }
 
+    pub fn axis_index(&self) -> usize {
+        COMMON + self.offsets.len()
+    }
+
     pub fn pose_index(&self, view: usize) -> usize {
-        COMMON + self.offsets.len() + POSE * view
+        self.axis_index() + self.axis.map_or(0, |_| AXIS) + POSE * view
     }
 
     pub fn common_values(&self) -> [f64; COMMON] {
@@ -120,6 +127,9 @@ impl State {
         for (ring, offset) in next.offsets.iter_mut().enumerate() {
             *offset += step[COMMON + ring];
         }
+        next.axis = self
+            .axis
+            .map(|(axis, play)| (axis.stepped(&step.fixed_rows::<AXIS>(self.axis_index()).into_owned()), play));
         for view in 0..self.poses.len() {
             let at = self.pose_index(view);
             let turn = Rotation3::new(Vec3::new(step[at], step[at + 1], step[at + 2])).into_inner();

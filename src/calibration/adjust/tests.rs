@@ -6,6 +6,7 @@ use nalgebra::{DVector, Rotation3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use state::{COMMON, State, on_cylinder};
+use turning::{AXIS, Axis};
 
 const RADIUS: f64 = 60.0;
 const HEIGHT: f64 = 180.0;
@@ -159,6 +160,7 @@ fn derivatives_agree_with_differences() {
         points: vec![],
         azimuths: vec![],
         offsets: vec![],
+        axis: None,
     };
     let x = Vec3::new(30.0, -40.0, 25.0);
     let p = state.project(2, &x).unwrap();
@@ -184,4 +186,89 @@ fn derivatives_agree_with_differences() {
         let difference = (state.project(2, &(x + Vec3::ith(k, h))).unwrap().pixel - p.pixel) / h;
         assert!((difference - p.by_point.column(k)).norm() < 1e-4, "point {k}");
     }
+}
+
+/// The state whose poses are the views.
+fn poses(views: &[View]) -> State {
+    State {
+        lens: views[0].lens,
+        thicker_mm: 0.0,
+        poses: views.iter().map(|v| (v.rotation, v.translation_mm)).collect(),
+        points: vec![],
+        azimuths: vec![],
+        offsets: vec![],
+        axis: None,
+    }
+}
+
+#[test]
+fn an_axis_beside_the_tanks_is_found_and_its_derivatives_agree_with_differences() {
+    // The tank stands 3 mm beside the table's axis and leans by 0.02.
+    let lean = Rotation3::new(Vec3::new(0.02, 0.0, 0.0)).into_inner();
+    let beside = |v: &View| View {
+        rotation: v.rotation * lean,
+        translation_mm: v.translation_mm + v.rotation * Vec3::new(3.0, 0.0, 0.0),
+        ..v.clone()
+    };
+    let state = poses(&truth().iter().map(beside).collect::<Vec<_>>());
+    let axis = Axis::fitted(&state, 90.0);
+    let play = axis.play(&state);
+    let found = axis.turning(&play);
+    assert!(play.wobble < 1e-9 && play.play_mm < 1e-7, "{play:?}");
+    assert!((found.tilt_deg.to_radians() - 0.02).abs() < 1e-6, "{found:?}");
+    // At half the height the leaning has moved it by 90 sin 0.02 more, across.
+    assert!((found.offset_mm - (9.0 + 1.8_f64.powi(2)).sqrt()).abs() < 0.01, "{found:?}");
+
+    let mut state = poses(&truth());
+    state.axis = Some((Axis { tilt: [0.01, -0.02], point_mm: [2.0, 1.0], ..axis }, play));
+    let at = |state: &State| state.axis.unwrap().0.residual(&state.poses[3]);
+    let (here, h) = (at(&state), 1e-6);
+    for k in 0..state.size() {
+        let mut step = DVector::zeros(state.size());
+        step[k] = h;
+        let there = at(&state.stepped(&step));
+        let numeric = [(there.wobble - here.wobble) / h, (there.play_mm - here.play_mm) / h];
+        for (part, numeric) in numeric.into_iter().enumerate() {
+            let analytic = if (state.axis_index()..state.axis_index() + AXIS).contains(&k) {
+                here.by_axis[part].column(k - state.axis_index()).into_owned()
+            } else if (state.pose_index(3)..state.pose_index(4)).contains(&k) {
+                here.by_pose[part].column(k - state.pose_index(3)).into_owned()
+            } else {
+                Vec3::zeros()
+            };
+            assert!((numeric - analytic).norm() < 1e-4 * (1.0 + analytic.norm()), "{part} {k}: {numeric} {analytic}");
+        }
+    }
+}
+
+#[test]
+fn one_axis_helps_where_the_table_turns_and_hardly_hurts_where_it_does_not() {
+    let error = |views: &[View], one_axis: bool| {
+        let sum: f64 = (10..16)
+            .map(|seed| {
+                let (mut network, mut points) = network(views, 0.3, 0.0, seed);
+                network.tracks.truncate(60);
+                points.truncate(60);
+                let params = AdjustParams { one_axis, ..AdjustParams::default() };
+                let out = adjust(&network, &disturbed(views, points), &params).unwrap();
+                worst_px(&out.views, views)
+            })
+            .sum();
+        sum / 6.0
+    };
+    let still = truth();
+    let (with, without) = (error(&still, true), error(&still, false));
+    assert!(with < 0.9 * without, "one axis: {with} px with the prior, {without} px without");
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut loose = || rng.random::<f64>() - 0.5;
+    let wobbling: Vec<View> = still
+        .iter()
+        .map(|v| View {
+            rotation: Rotation3::new(Vec3::new(loose(), loose(), loose()) * 0.01).into_inner() * v.rotation,
+            translation_mm: v.translation_mm + Vec3::new(loose(), loose(), loose()) * 4.0,
+            ..v.clone()
+        })
+        .collect();
+    let (with, without) = (error(&wobbling, true), error(&wobbling, false));
+    assert!(with < 1.1 * without, "no axis: {with} px with the prior, {without} px without");
 }

@@ -1,0 +1,153 @@
+//! The one-axis prior: the camera stands still and the table turns about one axis, so that N poses are N angles and one
+//! pose.
+//!
+//! Poses `(R_l, t_l)` are turns about the line through `p` along `a` (tank frame) exactly where both look the same from
+//! every camera: `R_l a = b` and `R_l p + t_l = q` for all l. The angles drop out. Direction (two numbers), point (two, at
+//! half the height), b and q are unknowns of the adjustment beside the poses; the residuals are `R_l a - b`, divided by the
+//! wobble of the axis, and `R_l p + t_l - q`, divided by its play. Both are medians of the same
+//! residuals' sizes per number, of poses adjusted without the prior: a table that wobbles, or a camera that was moved, makes it weak.
+
+use super::state::{POSE, State};
+use crate::math::robust::median;
+use crate::optics::Vec3;
+use nalgebra::{Matrix3x2, SMatrix, SVector};
+use serde::{Deserialize, Serialize};
+
+/// Unknowns of the axis: two tilts, two coordinates of its point, b, q.
+pub const AXIS: usize = 10;
+
+/// The table's axis in the tank frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Axis {
+    /// Its direction is `(tilt_0, tilt_1, 1)`, normalised.
+    pub tilt: [f64; 2],
+    /// Where it passes the height `middle_mm`, mm.
+    pub point_mm: [f64; 2],
+    /// That height, mm.
+    pub middle_mm: f64,
+    /// The direction as all cameras see it.
+    pub seen: Vec3,
+    /// The point as all cameras see it, mm.
+    pub seen_mm: Vec3,
+}
+
+/// How far the poses are from turns about one axis: half of them less than this per number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Play {
+    /// Of the axis' direction, radians.
+    pub wobble: f64,
+    /// Of its place, mm.
+    pub play_mm: f64,
+}
+
+/// How the table turned, for people.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Turning {
+    /// Angle between the table's axis and the tank's, degrees.
+    pub tilt_deg: f64,
+    /// Distance between the two at half the tank's height, mm.
+    pub offset_mm: f64,
+    /// By how much the axis' direction varied from photograph to photograph, degrees.
+    pub wobble_deg: f64,
+    /// By how much its place varied, mm.
+    pub play_mm: f64,
+}
+
+/// Residuals of one view with their derivatives by its pose and by the axis, not yet divided.
+pub(super) struct Residual {
+    pub wobble: Vec3,
+    pub play_mm: Vec3,
+    pub by_pose: [SMatrix<f64, 3, POSE>; 2],
+    pub by_axis: [SMatrix<f64, 3, AXIS>; 2],
+}
+
+impl Axis {
+    /// The line of the tank's own axis, seen as the mean over the poses.
+    pub fn begin(state: &State, middle_mm: f64) -> Self {
+        let nowhere = Vec3::zeros();
+        let mut axis = Self { tilt: [0.0; 2], point_mm: [0.0; 2], middle_mm, seen: nowhere, seen_mm: nowhere };
+        let views = state.poses.len() as f64;
+        axis.seen = state.poses.iter().map(|(r, _)| r * axis.direction().0).sum::<Vec3>() / views;
+        axis.seen_mm = state.poses.iter().map(|(r, t)| r * axis.point() + t).sum::<Vec3>() / views;
+        axis
+    }
+
+    /// Direction, and its derivatives by the tilts.
+    fn direction(&self) -> (Vec3, Matrix3x2<f64>) {
+        let raw = Vec3::new(self.tilt[0], self.tilt[1], 1.0);
+        let length = raw.norm();
+        let a = raw / length;
+        let by = |k: usize| (Vec3::ith(k, 1.0) - a * a[k]) / length;
+        (a, Matrix3x2::from_columns(&[by(0), by(1)]))
+    }
+
+    fn point(&self) -> Vec3 {
+        Vec3::new(self.point_mm[0], self.point_mm[1], self.middle_mm)
+    }
+
+    /// Moved by a step of its unknowns.
+    pub fn stepped(&self, step: &SVector<f64, AXIS>) -> Self {
+        Self {
+            tilt: [self.tilt[0] + step[0], self.tilt[1] + step[1]],
+            point_mm: [self.point_mm[0] + step[2], self.point_mm[1] + step[3]],
+            middle_mm: self.middle_mm,
+            seen: self.seen + Vec3::new(step[4], step[5], step[6]),
+            seen_mm: self.seen_mm + Vec3::new(step[7], step[8], step[9]),
+        }
+    }
+
+    /// The residuals of a pose.
+    pub fn residual(&self, (r, t): &(crate::optics::Mat3, Vec3)) -> Residual {
+        let (a, by_tilt) = self.direction();
+        let (turned, moved) = (r * a, r * self.point());
+        let mut by_pose = [SMatrix::<f64, 3, POSE>::zeros(), SMatrix::<f64, 3, POSE>::zeros()];
+        let mut by_axis = [SMatrix::<f64, 3, AXIS>::zeros(), SMatrix::<f64, 3, AXIS>::zeros()];
+        // exp(ω) x = x + ω x x.
+        by_pose[0].fixed_columns_mut::<3>(0).copy_from(&-turned.cross_matrix());
+        by_pose[1].fixed_columns_mut::<3>(0).copy_from(&-moved.cross_matrix());
+        by_pose[1].fixed_columns_mut::<3>(3).fill_with_identity();
+        by_axis[0].fixed_columns_mut::<2>(0).copy_from(&(r * by_tilt));
+        by_axis[0].fixed_columns_mut::<3>(4).copy_from(&-crate::optics::Mat3::identity());
+        by_axis[1].fixed_columns_mut::<2>(2).copy_from(&r.fixed_columns::<2>(0));
+        by_axis[1].fixed_columns_mut::<3>(7).copy_from(&-crate::optics::Mat3::identity());
+        Residual { wobble: turned - self.seen, play_mm: moved + t - self.seen_mm, by_pose, by_axis }
+    }
+
+    /// The axis about which the poses come nearest to turns: least squares of both residuals, by Gauss-Newton.
+    pub fn fitted(state: &State, middle_mm: f64) -> Self {
+        let mut axis = Self::begin(state, middle_mm);
+        // Nearly linear: the direction is nearly the tank's.
+        for _ in 0..5 {
+            let (mut matrix, mut right) = (SMatrix::<f64, AXIS, AXIS>::zeros(), SVector::<f64, AXIS>::zeros());
+            for pose in &state.poses {
+                let r = axis.residual(pose);
+                for (miss, by) in [(r.wobble, r.by_axis[0]), (r.play_mm, r.by_axis[1])] {
+                    matrix += by.transpose() * by;
+                    right -= by.transpose() * miss;
+                }
+            }
+            let Some(step) = matrix.cholesky().map(|c| c.solve(&right)) else { break };
+            axis = axis.stepped(&step);
+        }
+        axis
+    }
+
+    /// How far the poses are from turns about this axis.
+    pub fn play(&self, state: &State) -> Play {
+        // `R a - b` has no part along b: two of its three numbers vary.
+        let misses = state.poses.iter().map(|pose| self.residual(pose));
+        let (mut wobbles, mut plays): (Vec<f64>, Vec<f64>) =
+            misses.map(|r| (r.wobble.norm() / 2_f64.sqrt(), r.play_mm.norm() / 3_f64.sqrt())).unzip();
+        Play { wobble: median(&mut wobbles), play_mm: median(&mut plays) }
+    }
+
+    /// For people.
+    pub fn turning(&self, play: &Play) -> Turning {
+        Turning {
+            tilt_deg: self.tilt[0].hypot(self.tilt[1]).atan().to_degrees(),
+            offset_mm: self.point_mm[0].hypot(self.point_mm[1]),
+            wobble_deg: play.wobble.to_degrees(),
+            play_mm: play.play_mm,
+        }
+    }
+}
