@@ -112,6 +112,11 @@ fn the_belts_give_cameras_and_tank_and_the_uncertainties_cover_the_errors() {
     let e = errors(&found);
     assert!(e.water_rms_px < 0.35, "{e:?}");
     assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+    let offsets = &found.quality.adjustment.as_ref().unwrap().edge_offsets_px;
+    for name in ["rim", "floor", "belt edge", "left side of a belt", "right side of a belt"] {
+        let own: Vec<f64> = offsets.iter().filter(|(n, _)| n == name).map(|o| o.1).collect();
+        assert!(!own.is_empty() && own.iter().all(|px| px.abs() < 0.3), "{name}: {own:?}");
+    }
     let u = &found.quality.adjustment.as_ref().unwrap().uncertainty;
     let focal_px = e.focal * case().views[0].lens.focal_px;
     for (name, error, sigma) in [

@@ -1,6 +1,6 @@
 //! The tank's height in the photographs: rim and floor, where their print ends.
 
-use super::adjust::Ring;
+use super::adjust::Contour;
 use super::outline::{self, OutlineParams};
 use super::similarity::Similarity;
 use super::sparse::SparseModel;
@@ -18,7 +18,7 @@ pub(super) fn lay_height(
     model: &SparseModel,
     photos: &[ArrayView2<u8>],
     tank: &Tank,
-    ends: &[Ring; 2],
+    ends: &[Contour; 2],
     start: Similarity,
     params: &OutlineParams,
 ) -> (Similarity, Option<f64>) {
@@ -29,7 +29,7 @@ pub(super) fn lay_height(
     // Twice: the second look is taken from the right height.
     for _ in 0..2 {
         let views = start.views(model);
-        let seen = |ring: &Ring| {
+        let seen = |ring: &Contour| {
             let mut heights: Vec<f64> = Vec::new();
             for (k, (photo, view)) in photos.iter().zip(&views).enumerate() {
                 let points = outline::measure(photo.view(), view, k, ring, 0, WIDE * tank.height_mm, params);

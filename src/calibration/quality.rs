@@ -32,7 +32,7 @@ pub struct Adjustment {
     pub outline_sigma_px: f64,
     /// By how much the printed surface's radius exceeds the tank's and the print's together, mm.
     pub thicker_mm: f64,
-    /// Common shift of each ring's edge against the adjusted tank, px, with the ring's name.
+    /// Common shift of each contour's edge that was seen against the adjusted tank, px, with the contour's name.
     pub edge_offsets_px: Vec<(String, f64)>,
     /// Median residual of each view's belt points, px.
     pub view_residuals_px: Vec<f64>,
@@ -51,11 +51,9 @@ impl Adjustment {
             belt_rms_px: adjusted.belt_rms_px,
             outline_sigma_px: if network.outline.is_empty() { 0.0 } else { adjusted.outline_sigma_px },
             thicker_mm: adjusted.thicker_mm,
-            edge_offsets_px: network
-                .rings
-                .iter()
-                .map(|r| r.name.clone())
-                .zip(adjusted.edge_offsets_px.clone())
+            edge_offsets_px: (0..network.contours.len())
+                .filter(|&contour| network.seen(contour) > 0)
+                .map(|contour| (network.contours[contour].name.clone(), adjusted.edge_offsets_px[contour]))
                 .collect(),
             view_residuals_px: adjusted.view_residuals_px.clone(),
             turning: adjusted.turning.clone(),
@@ -66,14 +64,13 @@ impl Adjustment {
 
 /// Says what the user should know.
 pub(super) fn warn(network: &Network, quality: &Adjustment, photos: usize, warnings: &mut Vec<String>) {
-    for (k, ring) in network.rings.iter().enumerate() {
-        let seen = network.outline.iter().filter(|o| o.ring == k).count();
-        if seen < photos {
-            warnings.push(format!("the {} was seen at {seen} places in {photos} photographs only", ring.name));
-        }
+    // Sides show where the room is not as bright as the print only: they are a help, no need.
+    let rings: Vec<usize> = (0..network.contours.len()).filter(|&k| !network.contours[k].is_side()).collect();
+    for &ring in rings.iter().filter(|&&ring| network.seen(ring) < photos) {
+        let (name, places) = (&network.contours[ring].name, network.seen(ring));
+        warnings.push(format!("the {name} was seen at {places} places in {photos} photographs only"));
     }
-    if !network.rings.iter().enumerate().any(|(k, _)| network.outline.iter().filter(|o| o.ring == k).count() >= photos)
-    {
+    if !rings.iter().any(|&ring| network.seen(ring) >= photos) {
         warnings.push(
             "neither rim nor floor is seen: the cameras' height against the tank rests on the middle of the belts"
                 .into(),

@@ -10,7 +10,7 @@
 //! The paper's way, [`chamfer`], takes the place of 3 and 4 where `method` says so: lens and relative poses then stay as
 //! structure from motion gave them.
 
-use super::adjust::{self, AdjustParams, Adjusted, Network, Ring};
+use super::adjust::{self, AdjustParams, Adjusted, Contour, Network, Shape};
 use super::chamfer::{ChamferParams, chamfer};
 use super::height::{check_height, lay_height};
 use super::outline::{self, OutlineParams};
@@ -138,18 +138,24 @@ pub fn register(
     let mut registration = match params.method {
         Method::Chamfer => silhouettes(registration, model, shrunken, tank, &begun, params)?,
         Method::Adjust => {
-            let mut rings = ends.to_vec();
+            let mut contours = ends.to_vec();
             for belt in &tank.belts_mm {
                 // The edges that face the water; the others coincide with rim and floor or lie in air.
                 let upper = belt[0] + belt[1] < tank.height_mm;
                 let (z, outward) = if upper { (belt[1], 1.0) } else { (belt[0], -1.0) };
-                rings.push(ring("belt edge", z, outward, belt_radius_mm));
+                contours.push(ring("belt edge", z, outward, belt_radius_mm));
+            }
+            for belt in &tank.belts_mm {
+                for (name, turn) in [("left side of a belt", -1.0), ("right side of a belt", 1.0)] {
+                    let shape = Shape::Side { z_mm: *belt, turn };
+                    contours.push(Contour { name: name.to_owned(), radius_mm: belt_radius_mm, shape });
+                }
             }
             let network = Network {
                 belt_radius_mm,
                 tracks: begun.on_belts.iter().map(|&k| model.points[k].seen.clone()).collect(),
                 redundancy: 1.0,
-                rings,
+                contours,
                 outline: Vec::new(),
                 focal_prior_px: focal_prior_px
                     .filter(|_| params.adjust.focal_sigma > 0.0)
@@ -219,7 +225,7 @@ fn together(
         views: tank_from_sfm.views(model),
         points_mm: begun.on_belts.iter().map(|&k| tank_from_sfm.point(&model.points[k].position)).collect(),
     };
-    see_rings(&mut network, photos, &now.views, params.outline.reach_mm, &params.outline);
+    see_outline(&mut network, photos, &now.views, params.outline.reach_mm, &params.outline);
     let mut adjusted = adjust::adjust(&network, &now, &params.adjust)?;
     let chosen = patches::choose(&network.tracks, &adjusted.views, &adjusted.points_mm, &params.patches);
     for round in 0..params.rounds {
@@ -230,7 +236,7 @@ fn together(
             }
             locate(&mut network, &mut now, photos, &params.patches)?;
         }
-        see_rings(&mut network, photos, &now.views, params.outline.fine_reach_mm, &params.outline);
+        see_outline(&mut network, photos, &now.views, params.outline.fine_reach_mm, &params.outline);
         adjusted = adjust::adjust(&network, &now, &params.adjust)?;
     }
     let adjustment = Adjustment::of(&network, &adjusted);
@@ -266,15 +272,21 @@ fn locate(
     Ok(())
 }
 
-fn ring(name: &str, z_mm: f64, outward: f64, radius_mm: f64) -> Ring {
-    Ring { name: name.to_owned(), z_mm, radius_mm, outward }
+fn ring(name: &str, z_mm: f64, outward: f64, radius_mm: f64) -> Contour {
+    Contour { name: name.to_owned(), radius_mm, shape: Shape::Ring { z_mm, outward } }
 }
 
-fn see_rings(network: &mut Network, photos: &[ArrayView2<u8>], views: &[View], reach_mm: f64, params: &OutlineParams) {
+fn see_outline(
+    network: &mut Network,
+    photos: &[ArrayView2<u8>],
+    views: &[View],
+    reach_mm: f64,
+    params: &OutlineParams,
+) {
     network.outline.clear();
     for (k, (photo, view)) in photos.iter().zip(views).enumerate() {
-        for (r, ring) in network.rings.iter().enumerate() {
-            network.outline.extend(outline::measure(photo.view(), view, k, ring, r, reach_mm, params));
+        for (c, contour) in network.contours.iter().enumerate() {
+            network.outline.extend(outline::measure(photo.view(), view, k, contour, c, reach_mm, params));
         }
     }
 }

@@ -106,7 +106,7 @@ pub(super) fn uncertainty(
 /// Test points: five heights between the outermost rings (or belt points), at the front and 60 degrees
 /// to either side, in every view.
 fn wall_px(network: &Network, state: &State, inverse: &DMatrix<f64>) -> f64 {
-    let heights = network.rings.iter().map(|r| r.z_mm).chain(state.points.iter().map(|p| p.1));
+    let heights = network.ring_heights_mm().into_iter().chain(state.points.iter().map(|p| p.1));
     let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
     let (mut sum, mut count) = (0.0, 0_usize);
     for (view, (r, t)) in state.poses.iter().enumerate() {

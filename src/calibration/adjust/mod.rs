@@ -2,16 +2,17 @@
 //!
 //! One ring of views around one cylinder leaves focal length, distortion, the principal point's height
 //! and the pitch almost free together. What cures it is knowledge of the tank: belt points are bound to
-//! the cylinder of known radius, and the outline's rings (rim, floor, belt edges) lie at known heights.
+//! the cylinder of known radius, the outline's rings (rim, floor, belt edges) lie at known heights, and its sides
+//! where belts end the view of the cylinder.
 //!
 //! **Unknowns**, in the tank frame: the lens (f, cx, cy, k1, k2, p1, p2, k3), the printed surface's radius
 //! (within its prior: the distance of rim and floor corrects it), a pose per view (turned by
-//! `exp ω` from the left, shifted by δt), two numbers (φ, z) per belt point, and per ring one offset of
-//! the seen edge along the outward normal (blur and halo move all of a ring's edges alike); after the first round
+//! `exp ω` from the left, shifted by δt), two numbers (φ, z) per belt point, and per contour one offset of
+//! the seen edge along the outward normal (blur and halo move all of a contour's edges alike); after the first round
 //! the axis that the table turned about (the module `turning`).
 //!
 //! **Residuals**: `pixel - sighting` of each belt point (two), the distance from each outline point to
-//! its ring along the ring's normal in the picture (one), each pose's distance from a turn about the axis (six), priors. Each kind is divided by its robust
+//! its contour along the contour's normal in the picture (one), each pose's distance from a turn about the axis (six), priors. Each kind is divided by its robust
 //! standard deviation (1.4826 median |r|, taken anew between rounds) and weighted by the loss.
 //!
 //! **Solution**: Levenberg-Marquardt on the reweighted normal equations; the points are eliminated
@@ -26,7 +27,7 @@ mod turning;
 
 pub use covariance::Uncertainty;
 pub use solve::{Adjusted, adjust};
-pub use state::{Network, OutlinePoint, Ring, Start};
+pub use state::{Contour, Network, OutlinePoint, Shape, Start};
 pub use turning::Turning;
 
 use crate::math::robust::Loss;
@@ -63,7 +64,7 @@ pub struct AdjustParams {
     /// Prior standard deviation of the printed surface's radius (the typed radius and the print's thickness
     /// together), mm; 0 holds it. Two sheets of paper more or less, or a tape measure read to a tenth.
     pub radius_sigma_mm: f64,
-    /// Prior standard deviation of a ring's common edge offset, px: by how far blur, halo and half-tones
+    /// Prior standard deviation of a contour's common edge offset, px: by how far blur, halo and half-tones
     /// may shift all of its edges.
     pub edge_offset_sigma_px: f64,
     /// Whether poses are drawn towards turns about one axis, as strongly as they are near such turns without that.

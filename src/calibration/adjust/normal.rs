@@ -1,6 +1,6 @@
 //! The normal equations with the points eliminated.
 
-use super::state::{COMMON, Network, POSE, Projection, State, on_cylinder};
+use super::state::{COMMON, Contour, Network, POSE, Projection, Shape, State, on_cylinder};
 use super::{AdjustParams, Loss};
 use crate::optics::Vec3;
 use nalgebra::{DMatrix, DVector, Matrix2, SMatrix, Vector2};
@@ -10,8 +10,15 @@ use nalgebra::{DMatrix, DVector, Matrix2, SMatrix, Vector2};
 pub(super) struct Sigmas {
     /// Per track and sighting.
     pub belt_px: Vec<Vec<f64>>,
-    /// Of all outline points.
-    pub outline_px: f64,
+    /// Of the outline's rings and of its sides.
+    pub outline_px: [f64; 2],
+}
+
+impl Sigmas {
+    /// Of outline point `k`.
+    fn of_outline(&self, network: &Network, k: usize) -> f64 {
+        self.outline_px[usize::from(network.contours[network.outline[k].contour].is_side())]
+    }
 }
 
 /// What one point leaves behind for its own step.
@@ -44,37 +51,56 @@ impl Normal {
     }
 }
 
-/// Distance of an outline point from its ring along the ring's outward normal in the picture, with the
-/// normal; also the azimuth of the ring's nearest point.
+/// Distance of an outline point from its contour along the contour's outward normal in the picture, with the
+/// normal; also the place along the contour of its nearest point.
 pub(super) struct OutlineResidual {
     pub value: f64,
     pub normal: Vector2<f64>,
-    pub azimuth: f64,
+    pub along: f64,
     pub projection: Projection,
 }
 
 pub(super) fn outline_residual(network: &Network, state: &State, k: usize) -> Option<OutlineResidual> {
     let seen = &network.outline[k];
-    let ring = &network.rings[seen.ring];
-    let mut azimuth = state.azimuths[k];
+    let contour = &network.contours[seen.contour];
+    let radius_mm = contour.radius_mm + state.thicker_mm;
     let target = Vector2::new(seen.u, seen.v);
+    let mut along = state.along[k];
+    // Where the sight grazes the surface a turn of the surface moves no pixel to first order: a side's azimuth is held.
+    let side = match contour.shape {
+        Shape::Ring { .. } => 0.0,
+        Shape::Side { turn, .. } => {
+            let (r, t) = &state.poses[seen.view];
+            Contour::side_azimuth(turn, radius_mm, &-(r.transpose() * t))?
+        }
+    };
+    let place = |along: f64| match contour.shape {
+        Shape::Ring { z_mm, .. } => (along, z_mm),
+        Shape::Side { .. } => (side, along),
+    };
+    // A ring seen edge-on turns back at its ends: the step is bounded there.
+    let (column, bound) = if contour.is_side() { (1, 5.0) } else { (0, 0.05) };
     for _ in 0..3 {
-        let (x, by) = on_cylinder(ring.radius_mm + state.thicker_mm, azimuth, ring.z_mm);
+        let (azimuth, z_mm) = place(along);
+        let (x, by) = on_cylinder(radius_mm, azimuth, z_mm);
         let p = state.project(seen.view, &x)?;
-        let tangent = p.by_point * by.column(0);
-        // A ring seen edge-on turns back at its ends: the step is bounded there.
-        azimuth += (tangent.dot(&(target - p.pixel)) / tangent.norm_squared().max(1e-12)).clamp(-0.05, 0.05);
+        let tangent = p.by_point * by.column(column);
+        along += (tangent.dot(&(target - p.pixel)) / tangent.norm_squared().max(1e-12)).clamp(-bound, bound);
     }
-    let (x, by) = on_cylinder(ring.radius_mm + state.thicker_mm, azimuth, ring.z_mm);
+    let (azimuth, z_mm) = place(along);
+    let (x, by) = on_cylinder(radius_mm, azimuth, z_mm);
     let projection = state.project(seen.view, &x)?.rides_on_radius(azimuth);
-    let tangent: Vector2<f64> = (projection.by_point * by.column(0)).normalize();
+    let tangent: Vector2<f64> = (projection.by_point * by.column(column)).normalize();
     let mut normal = Vector2::new(-tangent.y, tangent.x);
-    let away = projection.by_point * Vec3::new(0.0, 0.0, ring.outward);
-    if normal.dot(&away) < 0.0 {
+    let away = match contour.shape {
+        Shape::Ring { outward, .. } => Vec3::new(0.0, 0.0, outward),
+        Shape::Side { .. } => Vec3::new(azimuth.cos(), azimuth.sin(), 0.0),
+    };
+    if normal.dot(&(projection.by_point * away)) < 0.0 {
         normal = -normal;
     }
-    let value = normal.dot(&(projection.pixel - target)) + state.offsets[seen.ring];
-    Some(OutlineResidual { value, normal, azimuth, projection })
+    let value = normal.dot(&(projection.pixel - target)) + state.offsets[seen.contour];
+    Some(OutlineResidual { value, normal, along, projection })
 }
 
 /// Prior residuals of the unknowns: (index, deviation from the prior's mean, standard deviation);
@@ -113,7 +139,7 @@ pub(super) fn cost(network: &Network, params: &AdjustParams, state: &State, sigm
         }
     }
     for k in 0..network.outline.len() {
-        sum += rho(outline_residual(network, state, k).map_or(1e3, |r| r.value) / sigmas.outline_px);
+        sum += rho(outline_residual(network, state, k).map_or(1e3, |r| r.value) / sigmas.of_outline(network, k));
     }
     if let Some((axis, play)) = &state.axis {
         for r in state.poses.iter().map(|pose| axis.residual(pose)) {
@@ -165,11 +191,12 @@ pub(super) fn normal(network: &Network, params: &AdjustParams, state: &State, si
     }
     for k in 0..network.outline.len() {
         let Some(r) = outline_residual(network, state, k) else { continue };
-        let w = weight(r.value / sigmas.outline_px) / (sigmas.outline_px * sigmas.outline_px);
+        let sigma_px = sigmas.of_outline(network, k);
+        let w = weight(r.value / sigma_px) / (sigma_px * sigma_px);
         let by_common = r.normal.transpose() * r.projection.by_common;
         let by_pose = r.normal.transpose() * r.projection.by_pose;
         let at = state.pose_index(network.outline[k].view);
-        let offset = state.offset_index(network.outline[k].ring);
+        let offset = state.offset_index(network.outline[k].contour);
         add(&mut matrix, 0, 0, &(by_common.transpose() * by_common * w));
         add(&mut matrix, 0, offset, &(by_common.transpose() * w));
         add(&mut matrix, 0, at, &(by_common.transpose() * by_pose * w));

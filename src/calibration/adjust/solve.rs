@@ -22,13 +22,13 @@ pub struct Adjusted {
     pub belt_sigma_px: f64,
     /// Root mean square of the belt points' residuals (distance in the picture), px.
     pub belt_rms_px: f64,
-    /// Robust standard deviation of the outline's residuals, px; NaN without outline.
+    /// Robust standard deviation of the residuals of the outline's rings, px; NaN without outline.
     pub outline_sigma_px: f64,
     /// By how much the printed surface's radius exceeds the given one, mm.
     pub thicker_mm: f64,
-    /// Common offset of each ring's edge, px.
+    /// Common offset of each contour's edge, px.
     pub edge_offsets_px: Vec<f64>,
-    /// From each outline point to its ring, its common offset taken off, px.
+    /// From each outline point to its contour, its common offset taken off, px.
     pub misses_px: Vec<[f64; 2]>,
     /// Median residual of each view's belt points, px.
     pub view_residuals_px: Vec<f64>,
@@ -58,12 +58,12 @@ pub fn adjust(network: &Network, start: &Start, params: &AdjustParams) -> Result
         thicker_mm: 0.0,
         poses: start.views.iter().map(|v| (v.rotation, v.translation_mm)).collect(),
         points: start.points_mm.iter().map(|p| (p.y.atan2(p.x), p.z)).collect(),
-        azimuths: network.outline.iter().map(|o| o.azimuth).collect(),
-        offsets: vec![0.0; network.rings.len()],
+        along: network.outline.iter().map(|o| o.along).collect(),
+        offsets: vec![0.0; network.contours.len()],
         axis: None,
     };
-    let heights = network.rings.iter().map(|ring| ring.z_mm);
-    let middle_mm = heights.clone().sum::<f64>() / heights.count().max(1) as f64;
+    let heights = network.ring_heights_mm();
+    let middle_mm = heights.iter().sum::<f64>() / heights.len().max(1) as f64;
     let mut sigmas = measure(network, &state);
     let mut turning = None;
     for _ in 0..params.rounds {
@@ -92,7 +92,7 @@ pub fn adjust(network: &Network, start: &Start, params: &AdjustParams) -> Result
         points_mm: state.points.iter().map(point).collect(),
         belt_sigma_px: frontal_sigma_px(network, &state),
         belt_rms_px: (sum / count.max(1) as f64).sqrt(),
-        outline_sigma_px: if network.outline.is_empty() { f64::NAN } else { sigmas.outline_px },
+        outline_sigma_px: if network.outline.is_empty() { f64::NAN } else { sigmas.outline_px[0] },
         thicker_mm: state.thicker_mm,
         edge_offsets_px: state.offsets.clone(),
         misses_px: (0..network.outline.len()).map(|k| outline_miss(network, &state, k)).collect(),
@@ -178,12 +178,13 @@ fn measure(network: &Network, state: &State) -> Sigmas {
         let factor = ((sum + 4.0) / (track.len() as f64 + 4.0)).sqrt().max(1.0);
         track.iter().map(|m| factor * shared * table[m.2]).collect()
     };
-    let outline =
-        spread((0..network.outline.len()).filter_map(|k| outline_residual(network, state, k).map(|r| r.value)));
-    Sigmas {
-        belt_px: misses.iter().map(of).collect(),
-        outline_px: if outline.is_nan() { 1.0 } else { outline.max(0.02) },
-    }
+    let outline = |sides: bool| {
+        let own =
+            (0..network.outline.len()).filter(|&k| network.contours[network.outline[k].contour].is_side() == sides);
+        let sigma = spread(own.filter_map(|k| outline_residual(network, state, k).map(|r| r.value)));
+        if sigma.is_nan() { 1.0 } else { sigma.max(0.02) }
+    };
+    Sigmas { belt_px: misses.iter().map(of).collect(), outline_px: [outline(false), outline(true)] }
 }
 
 /// Levenberg-Marquardt with Marquardt's scaling.
@@ -201,7 +202,7 @@ fn descend(network: &Network, params: &AdjustParams, state: &mut State, sigmas: 
             }
             for k in 0..network.outline.len() {
                 if let Some(r) = outline_residual(network, &next, k) {
-                    next.azimuths[k] = r.azimuth;
+                    next.along[k] = r.along;
                 }
             }
             let there = cost(network, params, &next, sigmas);

@@ -10,32 +10,62 @@ pub const COMMON: usize = 9;
 /// Unknowns of a pose: ω, δt.
 pub const POSE: usize = 6;
 
-/// A circle about the tank's axis whose edge the photographs show.
+/// A line on the printed surface whose edge the photographs show.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ring {
+pub struct Contour {
     /// What it is, for messages: `rim`, `floor`.
     pub name: String,
-    /// Height in the tank frame, mm.
-    pub z_mm: f64,
     /// Radius, mm.
     pub radius_mm: f64,
-    /// On which side of the edge the outside lies: -1 above (towards z = 0 and beyond), +1 below.
-    pub outward: f64,
+    /// Which line.
+    pub shape: Shape,
 }
 
-/// A point of a ring's edge as a photograph shows it.
+/// A line on a cylinder.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// A circle about the axis.
+    Ring {
+        /// Height in the tank frame, mm.
+        z_mm: f64,
+        /// On which side of the edge the outside lies: -1 above (towards z = 0 and beyond), +1 below.
+        outward: f64,
+    },
+    /// Where the surface turns out of the camera's sight, between two heights.
+    Side {
+        /// The heights, mm.
+        z_mm: [f64; 2],
+        /// -1 where azimuths are smaller than the camera's, +1 where they are greater.
+        turn: f64,
+    },
+}
+
+impl Contour {
+    /// Whether it is one of the sides.
+    pub fn is_side(&self) -> bool {
+        matches!(self.shape, Shape::Side { .. })
+    }
+
+    /// Azimuth of the side that a camera at `centre_mm` sees on a cylinder of that radius; `None` from inside.
+    pub fn side_azimuth(turn: f64, radius_mm: f64, centre_mm: &Vec3) -> Option<f64> {
+        let distance = centre_mm.x.hypot(centre_mm.y);
+        (distance > radius_mm).then(|| centre_mm.y.atan2(centre_mm.x) + turn * (radius_mm / distance).acos())
+    }
+}
+
+/// A point of a contour's edge as a photograph shows it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutlinePoint {
     /// Which view.
     pub view: usize,
-    /// Which ring.
-    pub ring: usize,
+    /// Which contour.
+    pub contour: usize,
     /// Column, px.
     pub u: f64,
     /// Row, px.
     pub v: f64,
-    /// Azimuth on the ring, radians: a start, followed along by the adjustment.
-    pub azimuth: f64,
+    /// Place along the contour, azimuth of a ring (radians) or height of a side (mm): a start, followed by the adjustment.
+    pub along: f64,
 }
 
 /// What is observed.
@@ -47,12 +77,28 @@ pub struct Network {
     pub tracks: Vec<Vec<Sighting>>,
     /// How many sightings share their pixels, at least 1: so many count as one.
     pub redundancy: f64,
-    /// The rings.
-    pub rings: Vec<Ring>,
-    /// Points of their edges.
+    /// The tank's outline.
+    pub contours: Vec<Contour>,
+    /// Points of its edges.
     pub outline: Vec<OutlinePoint>,
     /// Focal length from elsewhere (EXIF) with its standard deviation, px.
     pub focal_prior_px: Option<(f64, f64)>,
+}
+
+impl Network {
+    /// In how many places the contour is seen.
+    pub fn seen(&self, contour: usize) -> usize {
+        self.outline.iter().filter(|o| o.contour == contour).count()
+    }
+
+    /// The rings' heights, mm.
+    pub fn ring_heights_mm(&self) -> Vec<f64> {
+        let height = |contour: &Contour| match contour.shape {
+            Shape::Ring { z_mm, .. } => Some(z_mm),
+            Shape::Side { .. } => None,
+        };
+        self.contours.iter().filter_map(height).collect()
+    }
 }
 
 /// Where the adjustment begins.
@@ -72,9 +118,9 @@ pub(super) struct State {
     pub poses: Vec<(Mat3, Vec3)>,
     /// (φ, z).
     pub points: Vec<(f64, f64)>,
-    /// Azimuth of each outline point.
-    pub azimuths: Vec<f64>,
-    /// Edge offset per ring, px.
+    /// Place of each outline point along its contour.
+    pub along: Vec<f64>,
+    /// Edge offset per contour, px.
     pub offsets: Vec<f64>,
     /// The table's axis with the play that the prior allows it, once it is known.
     pub axis: Option<(Axis, Play)>,
@@ -94,8 +140,8 @@ impl State {
         self.pose_index(self.poses.len())
     }
 
-    pub fn offset_index(&self, ring: usize) -> usize {
-        COMMON + ring
+    pub fn offset_index(&self, contour: usize) -> usize {
+        COMMON + contour
     }
 
     pub fn axis_index(&self) -> usize {
@@ -124,8 +170,8 @@ impl State {
         l.distortion.p2 += step[6];
         l.distortion.k3 += step[7];
         next.thicker_mm += step[8];
-        for (ring, offset) in next.offsets.iter_mut().enumerate() {
-            *offset += step[COMMON + ring];
+        for (contour, offset) in next.offsets.iter_mut().enumerate() {
+            *offset += step[COMMON + contour];
         }
         next.axis = self
             .axis
