@@ -66,8 +66,14 @@ impl Pyramid {
     #[inline(always)]
     pub fn sample(&self, u: f64, v: f64, texel: f64) -> Option<[u8; 3]> {
         match &self.levels {
-            Levels::Colour(levels) => sample(levels, u, v, texel).map(|[red, green, blue, _]| [red, green, blue]),
-            Levels::Gray(levels) => sample(levels, u, v, texel).map(|[gray]| [gray; 3]),
+            Levels::Colour(levels) => {
+                let [red, green, blue, _] = sample(levels, u, v, texel)?;
+                Some([red, green, blue])
+            }
+            Levels::Gray(levels) => {
+                let [gray] = sample(levels, u, v, texel)?;
+                Some([gray; 3])
+            }
         }
     }
 }
@@ -100,18 +106,18 @@ fn sample<const C: usize>(levels: &[Level<C>], u: f64, v: f64, texel: f64) -> Op
     let level = ((texel.to_bits() >> 23) - 127) as usize;
     let fraction = f32::from_bits((texel.to_bits() & 0x007F_FFFF) | 0x3F80_0000) - 1.0;
     let top = levels.len() - 1;
-    let value = if level >= top {
-        levels[top].at(u, v)
-    } else {
-        let fine = levels[level].at(u, v);
-        if fraction == 0.0 {
-            fine
-        } else {
-            let coarse = levels[level + 1].at(u, v);
-            std::array::from_fn(|c| fine[c] + fraction * (coarse[c] - fine[c]))
+    let mut value = levels[level.min(top)].at(u, v);
+    if level < top && fraction != 0.0 {
+        let coarse = levels[level + 1].at(u, v);
+        for c in 0..C {
+            value[c] += fraction * (coarse[c] - value[c]);
         }
-    };
-    Some(value.map(|value| (value + 0.5) as u8))
+    }
+    let mut out = [0; C];
+    for c in 0..C {
+        out[c] = (value[c] + 0.5) as u8;
+    }
+    Some(out)
 }
 
 impl<const C: usize> Level<C> {
@@ -142,12 +148,15 @@ impl<const C: usize> Level<C> {
         let (fu, fv) = ((u - u0 as f64) as f32, (v - v0 as f64) as f32);
         let (top, low) = (&self.pixels[v0 * self.width..], &self.pixels[v1 * self.width..]);
         let (a, b, c, d) = (top[u0], top[u1], low[u0], low[u1]);
-        std::array::from_fn(|i| {
+        // A closure would not be inlined into code for wide registers.
+        let mut out = [0.0; C];
+        for i in 0..C {
             let (a, b, c, d) = (f32::from(a[i]), f32::from(b[i]), f32::from(c[i]), f32::from(d[i]));
             let above = a + fu * (b - a);
             let below = c + fu * (d - c);
-            above + fv * (below - above)
-        })
+            out[i] = above + fv * (below - above);
+        }
+        out
     }
 }
 

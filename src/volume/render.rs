@@ -84,8 +84,8 @@ impl ViewRenderer {
         Ok(Self { map: ViewMap::new(&view.ideal(), tank)?, pyramid, options })
     }
 
-    /// Renders the planes `planes` of `grid` into `out`, (z, y, x, 4) u8: red, green, blue, mask (255 where
-    /// the view has evidence, else 0).
+    /// Renders the planes `planes` of `grid` into `out`, (z, y, x, 4) u8, which holds zeros: red, green, blue, mask (255
+    /// where the view has evidence, else 0).
     ///
     /// # Panics
     /// Where `out` does not have the shape of the slab or `planes` reaches beyond the grid.
@@ -119,14 +119,14 @@ impl ViewRenderer {
     /// along x.
     #[inline(always)]
     fn render_block(&self, grid: &Grid, k: usize, j: usize, mut out: ArrayViewMut2<u8>) {
-        out.fill(0);
         let tank = self.map.tank();
         let height = grid.point_mm(k as f64, 0.0, 0.0).z;
         if height <= tank.water_level_mm || height >= tank.floor_mm() {
             return;
         }
         let inner_squared = tank.inner_radius_mm().powi(2) * (1.0 + 1e-12);
-        let rows = out.nrows();
+        let (rows, columns) = (out.nrows(), grid.shape[2]);
+        let voxels = out.as_slice_mut().expect("rows of a plane are contiguous").as_chunks_mut::<4>().0;
         let y: [f64; LANES] = std::array::from_fn(|l| grid.point_mm(0.0, (j + l) as f64, 0.0).y);
         // Folded rays may be close where every regular one is far.
         let reach = if self.options.exclude_irregular { grid.spacing_mm } else { f64::INFINITY };
@@ -135,9 +135,12 @@ impl ViewRenderer {
             Sampling::Point => 0.0,
             Sampling::Footprint => Pyramid::texel_of_box(grid.spacing_mm),
         };
-        for i in 0..grid.shape[2] {
+        for i in 0..columns {
             let x = grid.point_mm(0.0, 0.0, i as f64).x;
-            let wanted: [bool; LANES] = std::array::from_fn(|l| l < rows && x * x + y[l] * y[l] <= inner_squared);
+            let mut wanted = [false; LANES];
+            for l in 0..rows {
+                wanted[l] = x * x + y[l] * y[l] <= inner_squared;
+            }
             if !wanted.contains(&true) {
                 continue;
             }
@@ -145,21 +148,19 @@ impl ViewRenderer {
             if !self.options.exclude_irregular {
                 self.map.admit_irregular(x, &y, height, &wanted, &mut lanes);
             }
-            let near: [bool; LANES] = std::array::from_fn(|l| wanted[l] & (lanes.distance[l] <= grid.spacing_mm));
-            if !near.contains(&true) {
+            let mut near = [false; LANES];
+            for l in 0..rows {
+                near[l] = wanted[l] & (lanes.distance[l] <= grid.spacing_mm);
+            }
+            if near == [false; LANES] {
                 continue;
             }
             let pixels = self.map.clear_pixels(&lanes);
-            for (l, mut row) in out.rows_mut().into_iter().enumerate() {
-                if !near[l] {
-                    continue;
-                }
+            for l in (0..rows).filter(|&l| near[l]) {
                 if let Some([red, green, blue]) =
                     self.pyramid.sample(pixels.u[l], pixels.v[l], pixels.px_per_mm[l] * texel_mm)
                 {
-                    for (c, value) in [red, green, blue, 255].into_iter().enumerate() {
-                        row[4 * i + c] = value;
-                    }
+                    voxels[l * columns + i] = [red, green, blue, 255];
                 }
             }
         }

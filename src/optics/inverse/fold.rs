@@ -31,12 +31,6 @@ impl LowerBound {
     pub fn ratio(&self, s2: f64) -> f64 {
         self.c0 + s2 * (self.c1 + s2 * self.c2)
     }
-
-    /// Its derivative in s².
-    #[inline(always)]
-    pub fn slope(&self, s2: f64) -> f64 {
-        self.c1 + 2.0 * s2 * self.c2
-    }
 }
 
 /// The fold over a range of s² as a Chebyshev series.
@@ -76,9 +70,15 @@ impl Fold {
         Self { pieces }
     }
 
-    /// Whether the fold has no kinks: a parabola then tells its slope.
+    /// Whether the fold has no kinks.
     pub fn is_smooth(&self) -> bool {
         self.pieces.len() == 1
+    }
+
+    /// b_fold / N₁ at each `s²` with its derivative in `s²`, of a smooth fold; of another that of its first piece.
+    #[inline(always)]
+    pub fn ratios_and_slopes<const N: usize>(&self, s2: &[f64; N]) -> ([f64; N], [f64; N]) {
+        self.pieces[0].ratios_and_slopes(s2)
     }
 
     /// A parabola in s² that stays below b_fold / N₁ by at least a millionth: cheap to ask, and close to the fold where
@@ -134,6 +134,27 @@ impl Piece {
     /// The smaller of the values at the ends.
     fn constant(ratio: &dyn Fn(f64) -> f64, low: f64, high: f64) -> Self {
         Self { low, high, scale: 0.0, series: vec![ratio(low).min(ratio(high))] }
+    }
+
+    /// Clenshaw's sums at each `s²` of the series and of its derivative in `s²`.
+    #[inline(always)]
+    fn ratios_and_slopes<const N: usize>(&self, s2: &[f64; N]) -> ([f64; N], [f64; N]) {
+        let (mut t, mut b1, mut b2) = ([0.0; N], [0.0; N], [0.0; N]);
+        let (mut d1, mut d2) = ([0.0; N], [0.0; N]);
+        for l in 0..N {
+            t[l] = (s2[l] - self.low) * self.scale - 1.0;
+        }
+        for &c in self.series[1..].iter().rev() {
+            for l in 0..N {
+                (d1[l], d2[l]) = (2.0 * (b1[l] + t[l] * d1[l]) - d2[l], d1[l]);
+                (b1[l], b2[l]) = (c + 2.0 * t[l] * b1[l] - b2[l], b1[l]);
+            }
+        }
+        for l in 0..N {
+            d1[l] = (b1[l] + t[l] * d1[l] - d2[l]) * self.scale;
+            b1[l] = self.series[0] + t[l] * b1[l] - b2[l];
+        }
+        (b1, d1)
     }
 
     /// Clenshaw's sum at each `s²`.
@@ -205,6 +226,14 @@ mod tests {
                 (fold.ratios(&[s * s])[0] / bisected - 1.0).abs() > 1e-8
             };
             assert_eq!((0..=1000).filter(off).count(), 0, "wall {wall}, {} pieces", fold.pieces.len());
+            if fold.is_smooth() {
+                for s2 in [0.0, 0.01, 0.2, 0.5] {
+                    let ([ratio], [slope]) = fold.ratios_and_slopes(&[s2]);
+                    let [near] = fold.ratios(&[s2 + 1e-6]);
+                    assert_eq!([ratio], fold.ratios(&[s2]));
+                    assert!((slope - (near - ratio) / 1e-6).abs() < 1e-4 * ratio, "{slope} at {s2}");
+                }
+            }
             let bound = fold.lower_bound();
             let gap = |i: u32| {
                 let s2 = (0.74 * f64::from(i) / 1000.0).powi(2);

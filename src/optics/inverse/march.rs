@@ -6,7 +6,7 @@
 //! other columns go to the safeguarded solution.
 //!
 //! A row whose points lie beyond the fold goes on along the fold: its ray is the fold's own at the point's height, found by
-//! Newton's method in s alone; the slope of the fold is a parabola's, so a step settles under 3e-8 in s.
+//! Newton's method in s alone.
 //!
 //! Columns whose points all lie beyond the fold by more than the `reach` asked for are passed over until one may be back
 //! within it: the distance from the fold changes by less than [`MOST_APPROACH`] per mm.
@@ -168,22 +168,30 @@ impl<'a> March<'a> {
             // Change of b along the fold with s.
             let mut slope = [0.0; LANES];
             if side != [0.0; LANES] {
-                let fold = self.map.fold_moments(&s);
+                let mut s2 = [0.0; LANES];
                 for l in 0..LANES {
-                    b[l] = if side[l] == 0.0 { b[l] } else { side[l] * fold[l] };
-                    let s2 = s[l] * s[l];
-                    let bend = 2.0 * within_fold.slope(s2) / within_fold.ratio(s2);
-                    slope[l] = b[l] * s[l] * (bend - 1.0 / (path.n_squared[0] - s2));
+                    s2[l] = s[l] * s[l];
+                }
+                let (ratios, slopes) = self.map.fold.ratios_and_slopes(&s2);
+                for l in 0..LANES {
+                    // b = ratio N₁.
+                    let n1_squared = path.n_squared[0] - s2[l];
+                    let n1 = n1_squared.sqrt();
+                    b[l] = if side[l] == 0.0 { b[l] } else { side[l] * ratios[l] * n1 };
+                    slope[l] = side[l] * s[l] * (2.0 * slopes[l] * n1_squared - ratios[l]) / n1;
                 }
             }
-            let (mut next, mut strays, mut crosses) = (Lanes::ZERO, [0.0; LANES], [0.0; LANES]);
+            // Arrays by themselves stay in registers, a struct of them is copied about.
+            let (mut next_b, mut next_s, mut density) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+            let (mut wall_z, mut water_z, mut distance) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+            let (mut strays, mut crosses) = ([0.0; LANES], [0.0; LANES]);
             for l in 0..LANES {
                 let m = path.misses(b[l], s[l], x[l], y[l], z);
                 // Along the fold s alone answers F₂; both kinds of step share a division.
                 let (determinant, f2_along) = (m.f1_b * m.f2_s - m.f1_s * m.f2_b, m.f2_s + m.f2_b * slope[l]);
                 let of_both = 1.0 / (determinant * f2_along);
                 let inverse = f2_along * of_both;
-                next.density[l] = inverse.abs();
+                density[l] = inverse.abs();
                 let s2 = s[l] * s[l];
                 let n1_squared = path.n_squared[0] - s2;
                 let fold = within_fold.ratio(s2);
@@ -193,29 +201,28 @@ impl<'a> March<'a> {
                 // Plain selects of numbers vectorise too.
                 let db = if side[l] == 0.0 { db_free } else { slope[l] * along };
                 let ds = if side[l] == 0.0 { ds_free } else { along };
-                next.b[l] = b[l] + db;
-                next.s[l] = s[l] + ds;
-                next.wall_z[l] = m.outer_wall.moved(db, ds);
-                next.water_z[l] = m.inner_wall.moved(db, ds);
+                next_b[l] = b[l] + db;
+                next_s[l] = s[l] + ds;
+                wall_z[l] = m.outer_wall.moved(db, ds);
+                water_z[l] = m.inner_wall.moved(db, ds);
                 let beyond = side[l] * (m.f1 + m.f1_b * db + m.f1_s * ds);
-                next.distance[l] = beyond.abs();
-                let to_fold = fold * fold.abs() * n1_squared - next.b[l] * next.b[l];
+                distance[l] = beyond.abs();
+                let to_fold = fold * fold.abs() * n1_squared - next_b[l] * next_b[l];
                 let room = if side[l] == 0.0 { to_fold } else { beyond - TOUCHES };
-                // The slope along the fold is less exact than the derivatives of the misses.
-                let most = if side[l] == 0.0 { 3e-6 } else { 3e-8 };
-                let inside = (next.s[l] > low) & (next.s[l] < high);
-                let small = (db.abs() < 3e-4) & (ds.abs() < most);
+                let inside = (next_s[l] > low) & (next_s[l] < high);
+                let small = (db.abs() < 3e-4) & (ds.abs() < 3e-6);
                 crosses[l] = if room > 0.0 { 0.0 } else { 1.0 };
                 strays[l] = if inside & small { crosses[l] } else { 1.0 };
             }
-            *lanes = next;
+            (lanes.b, lanes.s, lanes.density) = (next_b, next_s, density);
+            (lanes.wall_z, lanes.water_z, lanes.distance) = (wall_z, water_z, distance);
             settled = strays.map(|stray| stray == 0.0);
             if (0..LANES).all(|l| settled[l] | !wanted[l]) {
                 break;
             }
             if self.map.fold.is_smooth() {
                 for l in 0..LANES {
-                    let other = if side[l] == 0.0 { 1f64.copysign(next.b[l]) } else { 0.0 };
+                    let other = if side[l] == 0.0 { 1f64.copysign(next_b[l]) } else { 0.0 };
                     self.on_fold[l] = if crosses[l] == 0.0 { side[l] } else { other };
                 }
             }
