@@ -6,11 +6,12 @@ usage: score_traits.py RESULT=TRUTH ... [--z-min MM] [--z-max MM]
 RESULT  a results folder with roots.csv, or such a table
 TRUTH   a folder with roots.json and tank.json, as `rootvox simulate` writes them
 Both sides are cut to points every 0.25 mm inside z-min < z < z-max, rho < r - tau - 1 mm (z-min: 16 mm under the
-water; z-max: 2 mm above the lowest belt where one starts above the floor, else 178 mm).
+water; z-max: 2 mm above the lowest belt where one starts above the floor, else 178 mm). Simulated roots run along that very
+bound, 1 mm before the wall: a found point that is right lies inside or outside with the true point that it is nearest to.
 
 F1, rms      points within 1 mm; rms of the found points within 2 mm of the truth
 length       found over true length in the region, less 1
-tips P R     last points of the roots in the region, matched one to one within 2 mm, nearest pairs first
+tips P R     last points of the roots, matched one to one within 2 mm, nearest pairs first; a pair lies where its true one lies
 branch P R   first points of laterals, likewise
 d err        median |found - true diameter| of found points within 1 mm of a true root of at least 0.6 mm
 d bias       median found - true diameter of the same points
@@ -77,17 +78,17 @@ def found(path):
 
 def matched(a, b, limit=2.0):
     if not len(a) or not len(b):
-        return 0
+        return []
     distance = np.linalg.norm(a[:, None] - b[None], axis=2)
-    count, rows, columns = 0, set(), set()
+    pairs, rows, columns = [], set(), set()
     for flat in np.argsort(distance, axis=None):
         i, j = divmod(int(flat), len(b))
         if distance[i, j] > limit:
             break
         if i not in rows and j not in columns:
             rows.add(i), columns.add(j)
-            count += 1
-    return count
+            pairs.append((i, j))
+    return pairs
 
 
 def score(result, folder, z_min, z_max):
@@ -96,8 +97,10 @@ def score(result, folder, z_min, z_max):
     rho = tank["r"] - tank["tau"] - 1.0
     inside = lambda p: (p[:, 2] > z_min) & (p[:, 2] < z_max) & (np.hypot(p[:, 0], p[:, 1]) < rho)
     real, have = truth(folder), found(result)
-    t, f = real.points[inside(real.points)], have.points[inside(have.points)]
-    distance, near = cKDTree(real.points[:, :3]).query(f[:, :3])
+    t = real.points[inside(real.points)]
+    distance, near = cKDTree(real.points[:, :3]).query(have.points[:, :3])
+    counts = np.where(distance <= 1.0, inside(real.points)[near], inside(have.points))
+    f, distance, near = have.points[counts], distance[counts], near[counts]
     recall = (cKDTree(have.points[:, :3]).query(t[:, :3])[0] <= 1.0).mean()
     right = distance <= 1.0
     precision = right.mean()
@@ -113,10 +116,12 @@ def score(result, folder, z_min, z_max):
     }
     for name in ("tips", "bases"):
         a, b = (getattr(side, name) for side in (have, real))
-        a, b = a[inside(a)], b[inside(b)]
-        n = matched(a, b)
+        pairs = matched(a, b)
+        n = sum(inside(b)[j] for _, j in pairs)
+        alone = inside(a).copy()
+        alone[[i for i, _ in pairs]] = False
         label = {"tips": "tip", "bases": "branch"}[name]
-        row[label + " P"], row[label + " R"] = n / max(len(a), 1), n / max(len(b), 1)
+        row[label + " P"], row[label + " R"] = n / max(n + alone.sum(), 1), n / max(inside(b).sum(), 1)
     row["d err"] = np.median(np.abs(off))
     row["d bias"] = np.median(off)
     row["volume"] = (f[:, 3] ** 2).sum() / (t[:, 3] ** 2).sum() - 1

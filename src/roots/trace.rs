@@ -46,8 +46,8 @@ pub struct TraceParams {
 impl Default for TraceParams {
     fn default() -> Self {
         Self {
-            low: 0.6,
-            high: 0.9,
+            low: 0.4,
+            high: 0.6,
             min_length_mm: 3.0,
             step_mm: 0.5,
             smooth_mm: 6.0,

@@ -10,6 +10,9 @@ use std::collections::VecDeque;
 
 /// A bend or a change of thickness counts at most as much as one of this many standard deviations.
 const MOST: f64 = 4.0;
+/// A way's thickness is that of its last so many windows: where roots part, widths are measured of both together or of
+/// what shows between them.
+const THICKNESS_WINDOWS: f64 = 4.0;
 /// What the ridge itself says for the branch that it was traced into.
 const SAME_PIECE: f64 = 0.5;
 
@@ -188,7 +191,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Direction (none where the way is too short to tell) and radius over the last stretch of a way.
+    /// Direction over the last stretch of a way (none where it is too short to tell), and radius over a longer one.
     fn incoming(&self, parts: &[Part], last: Part) -> (Option<Vec3>, f64) {
         let mut points: Vec<(Vec3, f64)> = Vec::new();
         for part in parts.iter().chain([&last]) {
@@ -202,22 +205,24 @@ impl Walker<'_> {
         }
         let (end, radius) = points[points.len() - 1];
         let (mut way, mut before) = (0.0, end);
-        let mut stretch: Vec<(Vec3, f64)> = Vec::new();
+        let (mut stretch, mut radii): (Vec<Vec3>, Vec<f64>) = (Vec::new(), Vec::new());
         for &(p, r) in points.iter().rev() {
             way += (p - before).norm();
             before = p;
-            if way >= radius {
-                stretch.push((p, r));
+            if way >= radius && way <= radius + self.window_mm {
+                stretch.push(p);
             }
-            if way >= radius + self.window_mm {
+            if way >= radius {
+                radii.push(r);
+            }
+            if way >= radius + THICKNESS_WINDOWS * self.window_mm {
                 break;
             }
         }
-        let mut radii: Vec<f64> = stretch.iter().map(|s| s.1).collect();
         radii.sort_by(f64::total_cmp);
         let typical = radii.get(radii.len() / 2).copied().unwrap_or(radius);
         let chord = match (stretch.first(), stretch.last()) {
-            (Some(a), Some(b)) if (a.0 - b.0).norm() > 0.3 * self.window_mm => (a.0 - b.0).try_normalize(1e-9),
+            (Some(a), Some(b)) if (a - b).norm() > 0.3 * self.window_mm => (a - b).try_normalize(1e-9),
             _ => None,
         };
         (chord, typical)
