@@ -25,6 +25,7 @@
 //! at all the scale-space estimate stays.
 
 pub mod bar;
+pub mod blur;
 pub mod clutter;
 pub mod profile;
 pub mod refine;
@@ -43,6 +44,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use track::{Beads, STRIDE, Track};
 
+/// Point spread of the pixel's own square, px.
+pub(super) const SHARPEST_PX: f64 = 0.29;
+/// Sparse rounds measure every so many stations.
+const SPARSE: usize = 4;
+
 /// How diameters are measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -57,9 +63,8 @@ pub struct DiameterParams {
     pub stretch_mm: f64,
     /// Width of background taken on either side of the root, px, 2 to 20.
     pub margin_px: f64,
-    /// Standard deviation of the photographs' point spread, px, 0.1 to 5: the pixel's own square gives 0.29, a soft lens or
-    /// interpolated colours more. Too much makes thin roots too thin. It is not sought in the photographs: the veil and the
-    /// neighbours beside a root always ask for a wider one.
+    /// Standard deviation of the photographs' point spread, px, up to 5: the pixel's own square gives 0.29, a soft lens,
+    /// JPEG or interpolated colours more. Too much makes thin roots too thin. 0 seeks it in the photographs ([`blur`]).
     pub spread_px: f64,
     /// How far light falls off towards a root's limbs, 0 to 1: 0 where it comes from everywhere, 1 where all comes from the
     /// camera's side.
@@ -85,7 +90,7 @@ impl Default for DiameterParams {
             every_mm: 2.0,
             stretch_mm: 1.0,
             margin_px: 4.0,
-            spread_px: 0.29,
+            spread_px: 0.0,
             limb: 0.5,
             min_views: 3,
             smooth_mm: 20.0,
@@ -133,7 +138,6 @@ pub fn measure(roots: &mut [TracedRoot], sights: &[Sight<'_>], params: &Diameter
     for (name, value) in [
         ("every_mm", params.every_mm),
         ("stretch_mm", params.stretch_mm),
-        ("spread_px", params.spread_px),
         ("margin_px", params.margin_px),
         ("smooth_mm", params.smooth_mm),
         ("thinnest_mm", params.thinnest_mm),
@@ -146,14 +150,23 @@ pub fn measure(roots: &mut [TracedRoot], sights: &[Sight<'_>], params: &Diameter
     if !(0.0..=1.0).contains(&params.limb) {
         return Err(Error::usage(format!("diameters.limb is {}", params.limb)).help("give 0 to 1"));
     }
+    if !(0.0..=5.0).contains(&params.spread_px) {
+        return Err(
+            Error::usage(format!("diameters.spread_px is {}", params.spread_px)).help("give 0 to 5 px, 0 to seek it")
+        );
+    }
     let beads: Vec<Beads> = roots.iter().map(|r| Beads::new(&r.root.points_mm, params.bead_mm())).collect();
     let tracks: Vec<Vec<Track>> =
         sights.par_iter().map(|sight| beads.iter().map(|b| Track::new(sight, b)).collect()).collect();
-    let mut work = Work { sights, beads, tracks, bars: Bars::new(params.spread_px, params.limb), params };
+    let first_px = if params.spread_px > 0.0 { params.spread_px } else { SHARPEST_PX };
+    let mut work = Work { sights, beads, tracks, bars: Bars::new(first_px, params.limb), params };
     // The scale-space radii are coarse: two sparse rounds give the last one a width to expect.
     let mut looks = Vec::new();
-    for (stride, expected) in [(4, false), (4, true), (1, true)] {
+    for (stride, expected) in [(SPARSE, false), (SPARSE, true), (1, true)] {
         work.shift(roots, stride, expected);
+        if params.spread_px <= 0.0 && !expected {
+            work.bars = Bars::new(blur::spread_px(&work.places(roots), params), params.limb);
+        }
         looks = work.widths(roots, stride, expected);
     }
     fall_back(roots);
@@ -199,13 +212,27 @@ impl Work<'_> {
     }
 
     fn profiles(&self, clutter: &[Clutter], root: usize, b: usize, radius_mm: f64) -> Vec<Profile> {
-        let views = self.sights.iter().zip(clutter).zip(&self.tracks);
+        self.place(clutter, root, b, radius_mm).into_iter().map(|(_, profile)| profile).collect()
+    }
+
+    /// The profiles with the numbers of their photographs.
+    fn place(&self, clutter: &[Clutter], root: usize, b: usize, radius_mm: f64) -> blur::Place {
+        let views = self.sights.iter().zip(clutter).zip(&self.tracks).enumerate();
         views
-            .filter_map(|((sight, clutter), tracks)| {
+            .filter_map(|(view, ((sight, clutter), tracks))| {
                 let seen = Seen { sight, clutter, track: &tracks[root] };
-                profile(&seen, &self.beads[root], root, b, radius_mm, self.params)
+                Some((view, profile(&seen, &self.beads[root], root, b, radius_mm, self.params)?))
             })
             .collect()
+    }
+
+    /// Sparse places of all roots.
+    fn places(&self, roots: &[TracedRoot]) -> Vec<blur::Place> {
+        let clutter = self.clutter(roots);
+        let one = |r: usize| -> Vec<blur::Place> {
+            self.stations(r, SPARSE).map(|b| self.place(&clutter, r, b, self.expected(roots, r, b))).collect()
+        };
+        (0..roots.len()).into_par_iter().flat_map_iter(one).collect()
     }
 
     /// Whether photographs have measured the root before: else its radius is that of the scale, which tells nothing.
