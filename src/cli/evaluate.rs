@@ -111,7 +111,7 @@ impl Evaluate {
         Ok(())
     }
 
-    /// Errors of the cameras, where both the result and the truth have a cameras.json.
+    /// Errors of the cameras, where both the result and the truth have a cameras.json, with three cameras or more in both.
     fn camera_errors(&self, tank: &Tank) -> Result<Option<CameraErrors>> {
         let read = |folder: &Path| -> Result<Option<Vec<NamedView>>> {
             let path = folder.join("cameras.json");
@@ -121,7 +121,12 @@ impl Evaluate {
             cameras_json::parse(&path.display().to_string(), &text(&path)?).map(Some)
         };
         let (Some(truth), Some(found)) = (read(&self.truth)?, read(&self.result)?) else { return Ok(None) };
-        camera_errors(&cameras_json::in_pairs(&truth, &found), tank, tank).map(Some)
+        let pairs = cameras_json::in_pairs(&truth, &found);
+        if pairs.len() < 3 {
+            eprintln!("cameras: {} of the same file name in both, too few to compare (three fix a frame)", pairs.len());
+            return Ok(None);
+        }
+        camera_errors(&pairs, tank, tank).map(Some)
     }
 }
 

@@ -168,15 +168,8 @@ fn too_few_points_are_an_error_with_a_remedy() {
 #[test]
 fn derivatives_agree_with_differences() {
     let views = truth();
-    let state = State {
-        lens: Lens { distortion: Distortion { k3: 0.01, ..views[0].lens.distortion }, ..views[0].lens },
-        thicker_mm: 0.0,
-        poses: views.iter().map(|v| (v.rotation, v.translation_mm)).collect(),
-        points: vec![],
-        along: vec![],
-        offsets: vec![],
-        axis: None,
-    };
+    let mut state = poses(&views);
+    state.lens.distortion.k3 = 0.01;
     let x = Vec3::new(30.0, -40.0, 25.0);
     let p = state.project(2, &x).unwrap();
     let h = 1e-6;
