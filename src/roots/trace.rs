@@ -113,6 +113,8 @@ pub struct Pieces {
     pub link_mm: f64,
     /// What the photographs say of each piece; empty where none was asked.
     pub looks: Vec<Looks>,
+    /// The mean rootness of each piece.
+    pub strengths: Vec<f64>,
     /// The pieces; numbers, parents and orders are not given yet.
     pub pieces: Vec<TracedRoot>,
     /// Where ends may spring from other pieces.
@@ -168,6 +170,7 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
         smooth_mm: params.smooth_mm,
         link_mm: workshop.link_mm,
         looks: Vec::new(),
+        strengths: strands.iter().map(|s| s.mean(3)).collect(),
         pieces: pieces(&strands),
         ties: ties(&strands, &workshop, &params.tie),
         out_of_sight: strands.iter().enumerate().filter_map(out_of_sight).collect(),

@@ -56,7 +56,7 @@ impl Stage for Diameters {
             .collect::<Result<_>>()?;
         progress.advance(1);
         progress.check()?;
-        pieces.looks = measure(&mut pieces.pieces, &sights, &self.params)?;
+        pieces.looks = measure(&mut pieces.pieces, &pieces.strengths, &sights, &self.params)?;
         progress.advance(1);
         output.json("pieces.json", &pieces)
     }

@@ -46,6 +46,8 @@ use track::{Beads, STRIDE, Track};
 
 /// Point spread of the pixel's own square, px.
 pub(super) const SHARPEST_PX: f64 = 0.29;
+/// What at least this share of the photographs that look at it show is no illusion.
+const SHOWN: f64 = 0.5;
 /// Sparse rounds measure every so many stations.
 const SPARSE: usize = 4;
 
@@ -130,11 +132,16 @@ pub struct Station {
 }
 
 /// Measures all roots in place: radii, their standard deviations, numbers of views, confidence. What the photographs say
-/// of each root as a whole is returned.
+/// of each root as a whole is returned. `strengths` are the roots' rootness.
 ///
 /// # Errors
 /// Where a parameter is out of range.
-pub fn measure(roots: &mut [TracedRoot], sights: &[Sight<'_>], params: &DiameterParams) -> Result<Vec<Looks>> {
+pub fn measure(
+    roots: &mut [TracedRoot],
+    strengths: &[f64],
+    sights: &[Sight<'_>],
+    params: &DiameterParams,
+) -> Result<Vec<Looks>> {
     for (name, value) in [
         ("every_mm", params.every_mm),
         ("stretch_mm", params.stretch_mm),
@@ -159,7 +166,8 @@ pub fn measure(roots: &mut [TracedRoot], sights: &[Sight<'_>], params: &Diameter
     let tracks: Vec<Vec<Track>> =
         sights.par_iter().map(|sight| beads.iter().map(|b| Track::new(sight, b)).collect()).collect();
     let first_px = if params.spread_px > 0.0 { params.spread_px } else { SHARPEST_PX };
-    let mut work = Work { sights, beads, tracks, bars: Bars::new(first_px, params.limb), params };
+    let mut work =
+        Work { sights, strengths: strengths.to_vec(), beads, tracks, bars: Bars::new(first_px, params.limb), params };
     // The scale-space radii are coarse: two sparse rounds give the last one a width to expect.
     let mut looks = Vec::new();
     for (stride, expected) in [(SPARSE, false), (SPARSE, true), (1, true)] {
@@ -168,6 +176,11 @@ pub fn measure(roots: &mut [TracedRoot], sights: &[Sight<'_>], params: &Diameter
             work.bars = Bars::new(blur::spread_px(&work.places(roots), params), params.limb);
         }
         looks = work.widths(roots, stride, expected);
+        if stride > 1 && expected {
+            // From now on all that is shown hides, and nothing else does.
+            let shown = |looks: &Looks| if looks.share().is_some_and(|share| share >= SHOWN) { 1.0 } else { 0.0 };
+            work.strengths = looks.iter().map(shown).collect();
+        }
     }
     fall_back(roots);
     Ok(looks)
@@ -189,6 +202,8 @@ fn fall_back(roots: &mut [TracedRoot]) {
 /// Everything that measuring needs.
 struct Work<'a> {
     sights: &'a [Sight<'a>],
+    /// Per root: its rootness, later whether the photographs show it (1, else 0).
+    strengths: Vec<f64>,
     /// Per root.
     beads: Vec<Beads>,
     /// Per photograph and root.
@@ -203,20 +218,20 @@ impl Work<'_> {
         (0..self.beads[root].places.len()).step_by(STRIDE * stride)
     }
 
-    fn clutter(&self, roots: &[TracedRoot]) -> Vec<Clutter> {
+    fn clutter(&self, roots: &[TracedRoot]) -> Vec<Clutter<'_>> {
         self.sights
             .par_iter()
             .zip(&self.tracks)
-            .map(|(sight, tracks)| Clutter::new(sight, roots, &self.beads, tracks))
+            .map(|(sight, tracks)| Clutter::new(sight, roots, &self.strengths, &self.beads, tracks))
             .collect()
     }
 
-    fn profiles(&self, clutter: &[Clutter], root: usize, b: usize, radius_mm: f64) -> Vec<Profile> {
+    fn profiles(&self, clutter: &[Clutter<'_>], root: usize, b: usize, radius_mm: f64) -> Vec<Profile> {
         self.place(clutter, root, b, radius_mm).into_iter().map(|(_, profile)| profile).collect()
     }
 
     /// The profiles with the numbers of their photographs.
-    fn place(&self, clutter: &[Clutter], root: usize, b: usize, radius_mm: f64) -> blur::Place {
+    fn place(&self, clutter: &[Clutter<'_>], root: usize, b: usize, radius_mm: f64) -> blur::Place {
         let views = self.sights.iter().zip(clutter).zip(&self.tracks).enumerate();
         views
             .filter_map(|(view, ((sight, clutter), tracks))| {

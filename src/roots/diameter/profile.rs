@@ -84,7 +84,7 @@ pub struct Seen<'a> {
     /// The photograph.
     pub sight: &'a Sight<'a>,
     /// What covers what in it.
-    pub clutter: &'a Clutter,
+    pub clutter: &'a Clutter<'a>,
     /// Where it shows the root's beads.
     pub track: &'a Track,
 }

@@ -19,6 +19,7 @@ pub fn supported(pieces: &Pieces, params: &HierarchyParams, log: &mut Vec<Repair
     let mut number = vec![None; pieces.pieces.len()];
     kept.pieces.clear();
     kept.looks.clear();
+    kept.strengths.clear();
     for (n, piece) in pieces.pieces.iter().enumerate() {
         let looks = pieces.looks.get(n).copied().unwrap_or_default();
         let (shown, points) = (looks.share(), &piece.root.points_mm);
@@ -26,6 +27,7 @@ pub fn supported(pieces: &Pieces, params: &HierarchyParams, log: &mut Vec<Repair
             number[n] = Some(kept.pieces.len());
             kept.pieces.push(piece.clone());
             kept.looks.push(looks);
+            kept.strengths.extend(pieces.strengths.get(n));
             continue;
         }
         let middle = Vec3::from(points[points.len() / 2]);
