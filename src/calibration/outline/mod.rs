@@ -4,7 +4,7 @@
 //! Along each contour, profiles are taken across the predicted edge every `spacing_px` and gathered in stretches, so that
 //! the print, dark here and light there, averages out; the edge of a stretch is found twice, with levels from the
 //! profile's ends, then with levels from 1.5 to 4 px on either side of the first place. What tells inside from outside is
-//! another thing on [`ring`]s and on [`side`]s. Stretches whose step is lost in the noise, or that leave the picture, are
+//! another thing on rings and on sides. Stretches whose step is lost in the noise, or that leave the picture, are
 //! skipped.
 
 mod ring;
