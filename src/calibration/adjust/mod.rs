@@ -12,8 +12,8 @@
 //! the axis that the table turned about (the module `turning`).
 //!
 //! **Residuals**: `pixel - sighting` of each belt point (two), the distance from each outline point to
-//! its contour along the contour's normal in the picture (one), each pose's distance from a turn about the axis (six), priors. Each kind is divided by its robust
-//! standard deviation (1.4826 median |r|, taken anew between rounds) and weighted by the loss.
+//! its contour along the contour's normal in the picture (one), each pose's distance from a turn about the axis (six),
+//! priors. Each kind is divided by its robust standard deviation (1.4826 median |r|, taken anew between rounds) and weighted by the loss.
 //!
 //! **Solution**: Levenberg-Marquardt on the reweighted normal equations; the points are eliminated
 //! (Schur complement), all sums run in a fixed order. The turn about z is not observable: it is held for

@@ -3,9 +3,10 @@
 //!
 //! Poses `(R_l, t_l)` are turns about the line through `p` along `a` (tank frame) exactly where both look the same from
 //! every camera: `R_l a = b` and `R_l p + t_l = q` for all l. The angles drop out. Direction (two numbers), point (two, at
-//! half the height), b and q are unknowns of the adjustment beside the poses; the residuals are `R_l a - b`, divided by the
+//! the rings' mean height), b and q are unknowns of the adjustment beside the poses; the residuals are `R_l a - b`, divided by the
 //! wobble of the axis, and `R_l p + t_l - q`, divided by its play. Both are medians of the same
-//! residuals' sizes per number, of poses adjusted without the prior: a table that wobbles, or a camera that was moved, makes it weak.
+//! residuals' sizes per number, of poses adjusted without the prior: a table that wobbles, or a camera that was moved,
+//! makes it weak.
 
 use super::state::{POSE, State};
 use crate::math::robust::median;
@@ -45,7 +46,7 @@ pub(super) struct Play {
 pub struct Turning {
     /// Angle between the table's axis and the tank's, degrees.
     pub tilt_deg: f64,
-    /// Distance between the two at half the tank's height, mm.
+    /// Distance between the two at the mean height of rim, floor and belt edges, mm.
     pub offset_mm: f64,
     /// By how much the axis' direction varied from photograph to photograph, degrees.
     pub wobble_deg: f64,

@@ -1,7 +1,7 @@
 //! Which pixels of a photograph the traced roots cover.
 //!
-//! A piece hides another where both cover a pixel and it is at least `HIDES` (a half) times as strong: among close roots there are
-//! many weak ridges that are none, and these must not keep the photographs from looking at what is one.
+//! A piece hides another where both cover a pixel and it is at least `HIDES` (a half) times as strong: among close roots
+//! there are many weak ridges that are none, and these must not keep the photographs from looking at what is one.
 
 use super::profile::Sight;
 use super::track::{Beads, Track};

@@ -14,7 +14,9 @@
 //! from the Jacobian of the refracted projection, σ the point spread (px). a, b, c, d are solved for each photograph
 //! (d: roots are lit from one side); w is common to all photographs: it minimises the sum over
 //! photographs of `n ln RSS(w)` (noise of unknown size), each photograph's rise limited so that no photograph
-//! decides alone ([`width`]). Pixels that other roots cover in the photograph are left out ([`clutter`]).
+//! decides alone ([`width`]). Pixels that other roots cover in the photograph are left out ([`clutter`]): in the sparse
+//! rounds those of strong ridges, in the last one those that the photographs were then found to show. σ is sought in the
+//! photographs ([`blur`]).
 //!
 //! Before, the centrelines are moved to where the photographs show the roots ([`refine`]): the bars are not let
 //! free to shift in each photograph, since a bar that follows the lit side only is too narrow.
