@@ -73,6 +73,18 @@ impl<T: Element> From<ArrayD<T>> for Slab {
     }
 }
 
+impl Slab {
+    /// The rows as the elements that they are of.
+    ///
+    /// # Errors
+    /// Where they are of another type.
+    pub fn into_array<T: Element>(self, name: &str) -> Result<ArrayD<T>> {
+        self.0.into_any().downcast::<ArrayD<T>>().map(|values| *values).map_err(|_| {
+            Error::failed(format!("the source of array `{name}` does not give elements of type {}", T::DTYPE.as_str()))
+        })
+    }
+}
+
 /// Computes the rows of its arrays on demand.
 pub trait SlabSource: Send + Sync {
     /// The arrays on offer.
@@ -130,9 +142,7 @@ impl VirtualArtefact {
             stream.next = rows.end;
         }
         drop(stream);
-        slab.0.into_any().downcast::<ArrayD<T>>().map(|values| *values).map_err(|_| {
-            Error::failed(format!("the source of array `{name}` does not give elements of type {}", T::DTYPE.as_str()))
-        })
+        slab.into_array(name)
     }
 
     /// Computes and hashes the rows up to `end` that nobody asked for.

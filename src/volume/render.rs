@@ -156,12 +156,13 @@ impl ViewRenderer {
                 continue;
             }
             let pixels = self.map.clear_pixels(&lanes);
-            for l in (0..rows).filter(|&l| near[l]) {
-                if let Some([red, green, blue]) =
-                    self.pyramid.sample(pixels.u[l], pixels.v[l], pixels.px_per_mm[l] * texel_mm)
-                {
-                    voxels[l * columns + i] = [red, green, blue, 255];
-                }
+            let mut texel = pixels.px_per_mm;
+            for scale in &mut texel {
+                *scale *= texel_mm;
+            }
+            let values = self.pyramid.samples(&pixels.u, &pixels.v, &texel, &near);
+            for l in 0..rows {
+                voxels[l * columns + i] = values[l];
             }
         }
     }

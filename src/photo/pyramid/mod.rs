@@ -7,7 +7,10 @@
 //! A bilinear tap among texels of size T blurs, averaged over its position, by T²/4 (box T²/12 and tent
 //! T²/6); a box of side L blurs by L²/12. [`Pyramid::texel_of_box`] therefore takes T = L/√3.
 
+mod gray;
+
 use super::Picture;
+use gray::Quads;
 use rayon::prelude::*;
 
 /// A photograph and its halvings.
@@ -16,13 +19,12 @@ pub struct Pyramid {
     levels: Levels,
 }
 
-/// Gray photographs, such as contrasts along a colour axis, are kept and sampled as one channel: the same values
-/// for less work.
+/// Gray photographs, such as contrasts along a colour axis, are sampled as one channel: the same values for less work.
 #[derive(Debug, Clone)]
 enum Levels {
     /// R, G, B and a pad.
     Colour(Vec<Level<4>>),
-    Gray(Vec<Level<1>>),
+    Gray(Vec<Quads>),
 }
 
 #[derive(Debug, Clone)]
@@ -48,7 +50,8 @@ impl Pyramid {
         let (height, width, _) = picture.dim();
         let levels = if is_gray {
             let pixels = values.chunks_exact(3).map(|rgb| [rgb[0]]).collect();
-            Levels::Gray(halvings(Level { scale: 1.0, width, height, pixels }, largest_texel))
+            let levels = halvings(Level { scale: 1.0, width, height, pixels }, largest_texel);
+            Levels::Gray(levels.iter().map(Quads::new).collect())
         } else {
             let pixels = values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2], 0]).collect();
             Levels::Colour(halvings(Level { scale: 1.0, width, height, pixels }, largest_texel))
@@ -63,19 +66,60 @@ impl Pyramid {
 
     /// Value at pixel `(u, v)` with texels of size `texel` px; `None` beyond the outermost pixels' edges or
     /// where a coordinate is NaN. Between the outermost centres and their edges the outermost values hold.
-    #[inline(always)]
     pub fn sample(&self, u: f64, v: f64, texel: f64) -> Option<[u8; 3]> {
+        let [[red, green, blue, seen]] = self.samples(&[u], &[v], &[texel], &[true]);
+        (seen > 0).then_some([red, green, blue])
+    }
+
+    /// The values, and 255, at N pixels abreast; zeros where [`Self::sample`] gives `None` and where none is wanted.
+    #[inline(always)]
+    pub fn samples<const N: usize>(
+        &self,
+        u: &[f64; N],
+        v: &[f64; N],
+        texel: &[f64; N],
+        wanted: &[bool; N],
+    ) -> [[u8; 4]; N] {
+        let mut out = [[0; 4]; N];
         match &self.levels {
             Levels::Colour(levels) => {
-                let [red, green, blue, _] = sample(levels, u, v, texel)?;
-                Some([red, green, blue])
+                let inside = inside(levels[0].width, levels[0].height, u, v);
+                for l in (0..N).filter(|&l| wanted[l] & inside[l]) {
+                    let [red, green, blue, _] = colour(levels, u[l], v[l], texel[l]);
+                    out[l] = [red, green, blue, 255];
+                }
             }
             Levels::Gray(levels) => {
-                let [gray] = sample(levels, u, v, texel)?;
-                Some([gray; 3])
+                let [width, height] = levels[0].size();
+                let inside = inside(width, height, u, v);
+                let values = gray::samples(levels, u, v, texel, wanted);
+                for l in 0..N {
+                    let seen = u32::from(wanted[l] & inside[l]);
+                    out[l] = (seen * (u32::from(values[l]) * 0x0001_0101 + 0xFF00_0000)).to_le_bytes();
+                }
             }
         }
+        out
     }
+}
+
+/// Which positions lie within the picture's edges; NaN does not.
+#[inline(always)]
+fn inside<const N: usize>(width: usize, height: usize, u: &[f64; N], v: &[f64; N]) -> [bool; N] {
+    let (right, bottom) = (width as f64 - 0.5, height as f64 - 0.5);
+    let mut inside = [false; N];
+    for l in 0..N {
+        inside[l] = (u[l] >= -0.5) & (v[l] >= -0.5) & (u[l] <= right) & (v[l] <= bottom);
+    }
+    inside
+}
+
+/// Level of a texel size, and how far on the way to the next: exponent and fraction.
+#[inline(always)]
+fn split(texel: f64) -> (i32, f32) {
+    let texel = texel as f32;
+    let bits = if texel > 1.0 { texel } else { 1.0 }.to_bits();
+    ((bits >> 23) as i32 - 127, f32::from_bits((bits & 0x007F_FFFF) | 0x3F80_0000) - 1.0)
 }
 
 /// A level and its halvings.
@@ -94,30 +138,23 @@ fn halvings<const C: usize>(finest: Level<C>, largest_texel: f64) -> Vec<Level<C
     levels
 }
 
-/// See [`Pyramid::sample`].
+/// See [`Pyramid::sample`]; the position lies inside.
 #[inline(always)]
-fn sample<const C: usize>(levels: &[Level<C>], u: f64, v: f64, texel: f64) -> Option<[u8; C]> {
-    let (width, height) = (levels[0].width, levels[0].height);
-    if !(u >= -0.5 && v >= -0.5 && u <= width as f64 - 0.5 && v <= height as f64 - 0.5) {
-        return None;
-    }
-    let texel = (texel as f32).max(1.0);
-    // Exponent and fraction of the texel size: its level, and how far on the way to the next.
-    let level = ((texel.to_bits() >> 23) - 127) as usize;
-    let fraction = f32::from_bits((texel.to_bits() & 0x007F_FFFF) | 0x3F80_0000) - 1.0;
-    let top = levels.len() - 1;
+fn colour(levels: &[Level<4>], u: f64, v: f64, texel: f64) -> [u8; 4] {
+    let (level, fraction) = split(texel);
+    let (level, top) = (level as usize, levels.len() - 1);
     let mut value = levels[level.min(top)].at(u, v);
     if level < top && fraction != 0.0 {
         let coarse = levels[level + 1].at(u, v);
-        for c in 0..C {
+        for c in 0..4 {
             value[c] += fraction * (coarse[c] - value[c]);
         }
     }
-    let mut out = [0; C];
-    for c in 0..C {
+    let mut out = [0; 4];
+    for c in 0..4 {
         out[c] = (value[c] + 0.5) as u8;
     }
-    Some(out)
+    out
 }
 
 impl<const C: usize> Level<C> {
@@ -137,10 +174,12 @@ impl<const C: usize> Level<C> {
         });
         Self { scale: 0.5 * self.scale, width, height, pixels }
     }
+}
 
+impl Level<4> {
     /// Bilinear value at a position given in pixels of level 0.
     #[inline(always)]
-    fn at(&self, u: f64, v: f64) -> [f32; C] {
+    fn at(&self, u: f64, v: f64) -> [f32; 4] {
         let u = ((u + 0.5) * self.scale - 0.5).clamp(0.0, (self.width - 1) as f64);
         let v = ((v + 0.5) * self.scale - 0.5).clamp(0.0, (self.height - 1) as f64);
         let (u0, v0) = (u as usize, v as usize);
@@ -149,8 +188,8 @@ impl<const C: usize> Level<C> {
         let (top, low) = (&self.pixels[v0 * self.width..], &self.pixels[v1 * self.width..]);
         let (a, b, c, d) = (top[u0], top[u1], low[u0], low[u1]);
         // A closure would not be inlined into code for wide registers.
-        let mut out = [0.0; C];
-        for i in 0..C {
+        let mut out = [0.0; 4];
+        for i in 0..4 {
             let (a, b, c, d) = (f32::from(a[i]), f32::from(b[i]), f32::from(c[i]), f32::from(d[i]));
             let above = a + fu * (b - a);
             let below = c + fu * (d - c);
@@ -195,6 +234,35 @@ mod tests {
         for k in 0..2000 {
             let (u, v, texel) = (f64::from(k) * 0.0131 - 0.5, f64::from(k % 97) * 0.31 - 0.5, f64::from(k % 13) * 0.3);
             assert_eq!(gray.sample(u, v, texel), coloured.sample(u, v, texel));
+        }
+        // Whole pixels, edges and centres too.
+        for k in 0..=2 * 41 * 33 {
+            let (u, v) = (f64::from(k % 67) * 0.5 - 0.5, f64::from(k / 67) * 0.5 - 0.5);
+            assert_eq!(gray.sample(u, v, 1.0), coloured.sample(u, v, 1.0), "{u} {v}");
+        }
+    }
+
+    #[test]
+    fn abreast_is_one_by_one() {
+        for salt in [0, 1] {
+            let mut picture = Picture::from_shape_fn((41, 33, 3), |(y, x, _)| (7 * x + 13 * y) as u8);
+            picture[[40, 32, 2]] ^= salt;
+            let pyramid = Pyramid::new(&picture, 4.0);
+            for k in 0..3000 {
+                let of = |l: usize, step: usize, base: usize| ((k * step + l * base) % 997) as f64 / 997.0;
+                let mut u: [f64; 8] = std::array::from_fn(|l| of(l, 31, 17) * 36.0 - 1.5);
+                let v: [f64; 8] = std::array::from_fn(|l| of(l, 57, 29) * 44.0 - 1.5);
+                // Every third time all lanes take the same levels.
+                let texel: [f64; 8] =
+                    std::array::from_fn(|l| if k % 3 == 0 { of(0, 7, 1) * 9.0 } else { of(l, 7, 191) * 9.0 });
+                let wanted: [bool; 8] = std::array::from_fn(|l| (k + l) % 5 != 0);
+                u[k % 8] = f64::NAN;
+                let found = pyramid.samples(&u, &v, &texel, &wanted);
+                for l in 0..8 {
+                    let one = pyramid.sample(u[l], v[l], texel[l]).filter(|_| wanted[l]);
+                    assert_eq!(found[l], one.map_or([0; 4], |[r, g, b]| [r, g, b, 255]), "{k} {l}");
+                }
+            }
         }
     }
 
