@@ -223,7 +223,7 @@ fn candidates(strands: &[Strand], workshop: &Workshop<'_>, params: &BridgeParams
 }
 
 /// The strands after the joins that `taken` names per strand and end.
-fn merged(strands: &[Strand], taken: &[[Option<(usize, End)>; 2]], workshop: &Workshop<'_>) -> Vec<Strand> {
+pub(super) fn merged(strands: &[Strand], taken: &[[Option<(usize, End)>; 2]], workshop: &Workshop<'_>) -> Vec<Strand> {
     let mut seen = vec![false; strands.len()];
     let mut result = Vec::new();
     for start in 0..strands.len() {

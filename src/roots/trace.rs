@@ -1,10 +1,11 @@
 //! From ridge points to pieces of roots.
 //!
-//! Link ([`super::link`]), take doubles away, bridge gaps ([`super::bridge`]); then note how the pieces may hang
+//! Link ([`super::link`]), take doubles away, pair the ways through crossings ([`super::crossing`]), bridge gaps ([`super::bridge`]); then note how the pieces may hang
 //! together: ties from ends onto other pieces ([`super::tie`]), and ends that run out of sight upwards. Which
 //! of these hold is decided once thicknesses are known ([`super::hierarchy`]). Every change against the bare ridge is in the log.
 
 use super::bridge::{BridgeParams, Workshop, bridge, drop_doubles};
+use super::crossing::{CrossingParams, resolve};
 use super::link::{LinkParams, link};
 use super::repair::Repair;
 use super::ridge::{Field, RidgePoint};
@@ -35,6 +36,8 @@ pub struct TraceParams {
     pub smooth_mm: f64,
     /// Neighbouring ridge points.
     pub link: LinkParams,
+    /// Ways through crossings.
+    pub crossing: CrossingParams,
     /// Pieces of one root.
     pub bridge: BridgeParams,
     /// Laterals on their parents.
@@ -52,6 +55,7 @@ impl Default for TraceParams {
             step_mm: 0.5,
             smooth_mm: 6.0,
             link: LinkParams::default(),
+            crossing: CrossingParams::default(),
             bridge: BridgeParams::default(),
             tie: TieParams::default(),
             double: 1.5,
@@ -160,6 +164,7 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
         .filter(|s| s.knots.len() > 1)
         .collect();
     let strands = drop_doubles(strands, &workshop, params.double * spacing, &mut repairs);
+    let strands = resolve(strands, &workshop, &params.crossing, &mut repairs);
     let strands = bridge(strands, &workshop, &params.bridge, &mut repairs);
     let strands = drop_doubles(strands, &workshop, params.double * spacing, &mut repairs);
     let out_of_sight = |(piece, strand): (usize, &Strand)| {
