@@ -93,17 +93,9 @@ pub fn link(points: &[RidgePoint], spacing_mm: f64, params: &LinkParams) -> Vec<
             if q <= p {
                 continue;
             }
+            let Some(cost) = cost(&points[p], &points[q], straight) else { continue };
             let way = points[q].position_mm - points[p].position_mm;
-            let length = way.norm();
-            if length < 1e-9 {
-                continue;
-            }
-            let (at_p, at_q) = (points[p].tangent.dot(&way) / length, points[q].tangent.dot(&way) / length);
-            let between = points[p].tangent.dot(&points[q].tangent).abs();
-            if at_p.abs() < straight || at_q.abs() < straight || between < straight {
-                continue;
-            }
-            let cost = length * (1.0 + 8.0 * (3.0 - at_p.abs() - at_q.abs() - between));
+            let (at_p, at_q) = (points[p].tangent.dot(&way), points[q].tangent.dot(&way));
             // Side 0 lies along the tangent, side 1 against it.
             links.push((cost, p, usize::from(at_p < 0.0), q, usize::from(at_q > 0.0)));
         }
@@ -118,6 +110,18 @@ pub fn link(points: &[RidgePoint], spacing_mm: f64, params: &LinkParams) -> Vec<
         }
     }
     walk(&kept, &sides)
+}
+
+/// What a link costs, mm; none where it bends by more than the angle whose cosine is `straight`.
+pub fn cost(p: &RidgePoint, q: &RidgePoint, straight: f64) -> Option<f64> {
+    let way = q.position_mm - p.position_mm;
+    let length = way.norm();
+    if length < 1e-9 {
+        return None;
+    }
+    let cosines = [p.tangent.dot(&way) / length, q.tangent.dot(&way) / length, p.tangent.dot(&q.tangent)].map(f64::abs);
+    let bends = 3.0 - cosines.iter().sum::<f64>();
+    cosines.iter().all(|&c| c >= straight).then_some(length * (1.0 + 8.0 * bends))
 }
 
 /// The points that stay after thinning, ascending.

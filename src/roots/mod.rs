@@ -4,6 +4,7 @@ pub mod bridge;
 pub mod crossing;
 pub mod curve;
 pub mod diameter;
+pub mod extend;
 pub mod hierarchy;
 pub mod ink;
 pub mod link;

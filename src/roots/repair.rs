@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 pub enum Kind {
     /// A gap between two pieces of one root was closed.
     Bridged,
+    /// A loose end was followed further.
+    Extended,
     /// At a junction two branches changed partners.
     Repaired,
     /// A closed way was opened.
@@ -28,6 +30,7 @@ impl Kind {
     pub fn name(self) -> &'static str {
         match self {
             Self::Bridged => "bridged",
+            Self::Extended => "extended",
             Self::Repaired => "repaired",
             Self::Opened => "opened",
             Self::Split => "split",

@@ -16,7 +16,7 @@ pub struct RidgePoint {
     pub rootness: f64,
     /// Scale σ of the strongest response, mm.
     pub sigma_mm: f64,
-    /// Whether the point survived the hysteresis; weaker crest points may bridge gaps only.
+    /// Whether the point survived the hysteresis; along weaker ones loose ends may be followed.
     pub strong: bool,
 }
 

@@ -1,11 +1,12 @@
 //! From ridge points to pieces of roots.
 //!
-//! Link ([`super::link`]), take doubles away, pair the ways through crossings ([`super::crossing`]), bridge gaps ([`super::bridge`]); then note how the pieces may hang
+//! Link ([`super::link`]), take doubles away, follow loose ends ([`super::extend`]), pair the ways through crossings ([`super::crossing`]), bridge gaps ([`super::bridge`]); then note how the pieces may hang
 //! together: ties from ends onto other pieces ([`super::tie`]), and ends that run out of sight upwards. Which
 //! of these hold is decided once thicknesses are known ([`super::hierarchy`]). Every change against the bare ridge is in the log.
 
 use super::bridge::{BridgeParams, Workshop, bridge, drop_doubles};
 use super::crossing::{CrossingParams, resolve};
+use super::extend::{ExtendParams, extend};
 use super::link::{LinkParams, link};
 use super::repair::Repair;
 use super::ridge::{Field, RidgePoint};
@@ -36,6 +37,8 @@ pub struct TraceParams {
     pub smooth_mm: f64,
     /// Neighbouring ridge points.
     pub link: LinkParams,
+    /// Loose ends.
+    pub extend: ExtendParams,
     /// Ways through crossings.
     pub crossing: CrossingParams,
     /// Pieces of one root.
@@ -55,6 +58,7 @@ impl Default for TraceParams {
             step_mm: 0.5,
             smooth_mm: 6.0,
             link: LinkParams::default(),
+            extend: ExtendParams::default(),
             crossing: CrossingParams::default(),
             bridge: BridgeParams::default(),
             tie: TieParams::default(),
@@ -129,7 +133,7 @@ pub struct Pieces {
     pub repairs: Vec<Repair>,
 }
 
-/// Traces the pieces.
+/// Traces the pieces. Points that are not strong are those along which loose ends may be followed.
 ///
 /// # Errors
 /// Where the field's shape is not its grid's, or a length of the parameters is not positive.
@@ -147,9 +151,12 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
         }
     }
     let spacing = field.grid.spacing_mm;
-    let strong: Vec<RidgePoint> = points.iter().filter(|p| p.strong).copied().collect();
+    // Strong points first: what is linked are numbers below `weak`.
+    let mut all: Vec<RidgePoint> = points.iter().filter(|p| p.strong).copied().collect();
+    let weak = all.len();
+    all.extend(points.iter().filter(|p| !p.strong));
     let workshop = Workshop {
-        points: &strong,
+        points: &all,
         // Seen through a shorter borrow: an array view does not shorten by itself.
         field: Field { grid: field.grid, rootness: field.rootness.view() },
         step_mm: params.step_mm,
@@ -157,13 +164,14 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
         link_mm: params.link.reach * spacing,
     };
     let mut repairs = Vec::new();
-    let strands: Vec<Strand> = link(&strong, spacing, &params.link)
+    let strands: Vec<Strand> = link(&all[..weak], spacing, &params.link)
         .into_iter()
         .filter(|chain| chain.len() > 2)
         .map(|chain| workshop.strand(chain))
         .filter(|s| s.knots.len() > 1)
         .collect();
     let strands = drop_doubles(strands, &workshop, params.double * spacing, &mut repairs);
+    let strands = extend(strands, weak, &workshop, &params.link, &params.extend, &mut repairs);
     let strands = resolve(strands, &workshop, &params.crossing, &mut repairs);
     let strands = bridge(strands, &workshop, &params.bridge, &mut repairs);
     let strands = drop_doubles(strands, &workshop, params.double * spacing, &mut repairs);

@@ -23,7 +23,7 @@ pub struct Trace {
 
 impl Stage for Trace {
     const NAME: &'static str = "trace";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
 
     fn peak_bytes(&self) -> u64 {
         // The dense rootness, and ridges of some hundredths of its voxels.
@@ -34,7 +34,9 @@ impl Stage for Trace {
         let ridges = suppress::read(inputs.one("ridges")?)?;
         let strong = self.params.hysteresis().pieces(&ridges, self.grid.spacing_mm).label;
         let rootness = read3::<f32>(inputs.one("rootness")?, "rootness")?;
-        let points = points(&ridges, &strong, &self.grid, &self.sigma_mm)?;
+        let mut points = points(&ridges, &strong, &self.grid, &self.sigma_mm)?;
+        let floor = self.params.extend.share * f64::from(self.params.hysteresis().thresholds(&ridges).0);
+        points.retain(|p| p.strong || p.rootness >= floor);
         let pieces = trace(&points, &Field { grid: self.grid, rootness: rootness.view() }, &self.params)?;
         if pieces.pieces.is_empty() {
             output.warn("no root was traced; lower trace.high, or look at the rootness volume");

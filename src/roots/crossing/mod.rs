@@ -129,11 +129,8 @@ fn standing(ends: &[SegmentEnd], taken: &Links) -> Pairing {
 fn costs(ways: &[Way], stood: &Pairing, params: &CrossingParams) -> Vec<Vec<f64>> {
     let cost = |a: usize, b: usize| {
         let bend = ways[a].bend_deg(&ways[b]);
-        if a != b && bend <= params.angle_deg {
+        if a != b && (bend <= params.angle_deg || stood[a] == Some(b)) {
             0.5 * (bend / params.bend_deg).powi(2)
-        } else if stood[a] == Some(b) {
-            // What stood may bend as it likes: it costs no more than to part it.
-            2.0 * params.alone
         } else {
             f64::INFINITY
         }

@@ -14,6 +14,9 @@ const NOTHING_MM: f64 = 1e4;
 /// Share of a piece at either end over which its taper is judged.
 const THIRD: usize = 3;
 
+/// Stretch to either side over which the thickness about a point is taken, mm.
+const ABOUT_MM: f64 = 10.0;
+
 /// How a piece hangs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Hang {
@@ -49,14 +52,16 @@ pub fn attach(
     put(crown, base, 0.0, Hang::Free);
     for tie in &pieces.ties {
         let cost = tie.cost(lines[tie.onto].radius_mm(tie.knot));
-        let by_end = cost + params.taper_mm * taper(&lines[tie.strand], tie.end);
         let own = match tie.end {
             End::First => 0,
             End::Last => lines[tie.strand].last(),
         };
+        let (here, there) = (thickness(&lines[tie.strand], own), thickness(&lines[tie.onto], tie.knot));
+        let cost = |own: f64, parent: f64| cost + params.thicker_mm * squared(own / parent);
+        let by_end = cost(here, there) + params.taper_mm * taper(&lines[tie.strand], tie.end);
         put(tie.onto, tie.strand, by_end, Hang::On { parent: tie.onto, parent_point: tie.knot, point: own });
         let body = Hang::On { parent: tie.strand, parent_point: own, point: tie.knot };
-        put(tie.strand, tie.onto, cost + params.by_body_mm, body);
+        put(tie.strand, tie.onto, cost(there, here) + params.by_body_mm, body);
     }
     for out in &pieces.out_of_sight {
         let cost = out.way_mm + params.unseen_mm * taper(&lines[out.piece], out.end);
@@ -88,8 +93,18 @@ pub fn attach(
 fn taper(line: &Line<'_>, end: End) -> f64 {
     let third = line.last() / THIRD;
     let (first, last) = (line.typical_radius_mm(0, third), line.typical_radius_mm(line.last() - third, line.last()));
-    let ratio = if end == End::First { last / first } else { first / last };
+    squared(if end == End::First { last / first } else { first / last })
+}
+
+/// A ratio's square, a quarter at least and four at most.
+fn squared(ratio: f64) -> f64 {
     if ratio.is_finite() { (ratio * ratio).clamp(0.25, 4.0) } else { 1.0 }
+}
+
+/// Median radius about a point, mm.
+fn thickness(line: &Line<'_>, point: usize) -> f64 {
+    let [before, behind] = End::BOTH.map(|end| line.beyond(point, end, ABOUT_MM));
+    line.typical_radius_mm(before, behind)
 }
 
 /// Where free pieces pass another within its radius and a share of a link: (free piece, point, other, point, distance).

@@ -15,13 +15,15 @@ type Point = [f64; 7];
 /// Draws, prunes and numbers the roots.
 pub fn draw(
     lines: &[Line<'_>],
-    grown: Vec<Grown>,
+    mut grown: Vec<Grown>,
     pieces: &Pieces,
     params: &HierarchyParams,
     log: &mut Vec<Repair>,
 ) -> Vec<TracedRoot> {
     let mut drawn: Vec<Vec<Point>> = Vec::with_capacity(grown.len());
-    for root in &grown {
+    for n in 0..grown.len() {
+        climb(&mut grown, n, &drawn, pieces.link_mm, log);
+        let root = &grown[n];
         let own = joined(lines, &root.parts, pieces);
         let led = match root.parent {
             Some(parent) if root.tied => led(own, &drawn[parent], &root.place, pieces.step_mm),
@@ -31,6 +33,31 @@ pub fn draw(
     }
     let keep = prune(&grown, &drawn, pieces, params, log);
     number(&grown, &drawn, &keep)
+}
+
+/// Hangs root `n` on its parent's parent while the parent runs along that one's surface up to where the root springs: which of two
+/// roots that lie side by side a third touches is chance, and the older one branches there already.
+fn climb(grown: &mut [Grown], n: usize, drawn: &[Vec<Point>], link_mm: f64, log: &mut Vec<Repair>) {
+    while let Some(parent) = grown[n].parent.filter(|_| grown[n].tied)
+        && let Some(older) = grown[parent].parent.filter(|_| grown[parent].tied)
+    {
+        let way = &drawn[parent];
+        let distance = |p: &Point| (curve::position(p) - grown[n].place).norm_squared();
+        let at = (0..way.len()).min_by(|&a, &b| distance(&way[a]).total_cmp(&distance(&way[b]))).unwrap_or(0);
+        let beside = |p: &Point| {
+            let (distance, radius) = nearest(&drawn[older], &curve::position(p));
+            distance <= radius + link_mm
+        };
+        if !way[..=at].iter().all(beside) {
+            break;
+        }
+        let reason = "its parent runs along an older root up to here: hung on that one".to_owned();
+        log.push(Repair::new(Kind::Repaired, &grown[n].place, 0.0, reason));
+        grown[n].parent = Some(older);
+    }
+    if let Some(parent) = grown[n].parent {
+        grown[n].order = grown[parent].order + 1;
+    }
 }
 
 /// The points of a way in order; over junctions from piece to piece smoothed anew.

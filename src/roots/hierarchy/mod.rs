@@ -1,7 +1,7 @@
 //! Pieces become roots: who hangs on whom, where a root goes on and what springs from it.
 //!
 //! - **Support** ([`support`]): pieces that most photographs do not show are left out.
-//! - **Base** ([`base`]): the piece near the top of what is seen whose first stretch is thickest and most vertical.
+//! - **Base** ([`base`]): of the pieces near the top of what is seen the one from which the thickest way leads down farthest.
 //! - **Hanging** ([`attach`]): every piece hangs by one tie. Ties lead from a piece's own end, rather the thicker one, on to
 //!   another piece; for more, a piece may hang by its body on another's end, or by a crossing; an end that runs out of sight
 //!   upwards may hang on the hidden crown. Of all ways to hang all pieces the cheapest is taken (an arborescence:
@@ -38,6 +38,9 @@ pub struct HierarchyParams {
     /// Hanging by an end as thick as the other one costs as much as a tie of this cost, mm, 0 to 100; by an end that is
     /// thicker less, since roots taper towards their tips.
     pub taper_mm: f64,
+    /// Hanging on a root as thick as the piece costs as much as a tie of this cost, mm, 0 to 100; on a thinner one more, on a
+    /// thicker one less.
+    pub thicker_mm: f64,
     /// Hanging by the body instead of an own end costs as much as a tie of this cost, mm, 0 to 100.
     pub by_body_mm: f64,
     /// Standard deviation of the base root's direction against straight down, degrees, 1 to 90: it grows downwards.
@@ -58,6 +61,7 @@ impl Default for HierarchyParams {
             shown: 0.5,
             unseen_mm: 3.0,
             taper_mm: 1.0,
+            thicker_mm: 1.0,
             by_body_mm: 6.0,
             down_deg: 45.0,
             bend_deg: 20.0,
@@ -81,10 +85,17 @@ pub fn arrange(pieces: &Pieces, params: &HierarchyParams) -> Result<RootSystem> 
     let mut repairs = pieces.repairs.clone();
     let pieces = &support::supported(pieces, params, &mut repairs);
     let lines: Vec<Line<'_>> = pieces.pieces.iter().map(Line::new).collect();
-    let Some(base) = base::base(&lines) else { return Ok(RootSystem { roots: Vec::new(), repairs }) };
-    let mut hangs = attach::attach(pieces, &lines, base, params, &mut repairs);
-    let base = base::climb(&lines, &mut hangs, base, params);
-    let grown = walk::walk(&lines, base, &hangs, pieces, params);
+    let grow = |base: usize| {
+        let mut log = Vec::new();
+        let hangs = attach::attach(pieces, &lines, base, params, &mut log);
+        let grown = walk::walk(&lines, base, &hangs, pieces, params);
+        (base::weight_mm2(&lines, &grown[0].parts), grown, log)
+    };
+    let tried = base::candidates(&lines).into_iter().map(grow);
+    let Some((_, grown, log)) = tried.reduce(|best, next| if next.0 > best.0 { next } else { best }) else {
+        return Ok(RootSystem { roots: Vec::new(), repairs });
+    };
+    repairs.extend(log);
     let roots = draw::draw(&lines, grown, pieces, params, &mut repairs);
     Ok(RootSystem { roots, repairs })
 }

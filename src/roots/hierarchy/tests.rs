@@ -115,6 +115,42 @@ fn the_base_begins_at_its_uppermost_piece() {
 }
 
 #[test]
+fn what_springs_where_two_roots_run_side_by_side_is_the_older_ones() {
+    let base = piece(&[([0.0, 0.0, 20.0], 1.0), ([0.0, 0.0, 110.0], 0.8)]);
+    // Leaves the base at z = 40, runs along it for 8 mm, and goes away.
+    let beside = piece(&[([1.0, 0.0, 40.0], 0.5), ([2.0, 0.0, 48.0], 0.5), ([22.0, 0.0, 60.0], 0.4)]);
+    let third = piece(&[([2.5, 0.0, 46.0], 0.3), ([2.5, 20.0, 50.0], 0.2)]);
+    let far = piece(&[([12.0, 0.3, 54.0], 0.3), ([12.0, 20.0, 60.0], 0.2)]);
+    let system = arrange(
+        &pieces(
+            vec![base, beside, third, far],
+            vec![tie(1, End::First, 0, 40, 1.0), tie(2, End::First, 1, 12, 0.6), tie(3, End::First, 1, 39, 0.5)],
+        ),
+        &HierarchyParams::default(),
+    )
+    .unwrap();
+    let orders: Vec<(i64, u32)> = system.roots.iter().map(|r| (r.root.parent, r.root.order)).collect();
+    assert_eq!(orders, [(-1, 0), (0, 1), (0, 1), (1, 2)]);
+    assert!(system.repairs.iter().any(|r| r.kind == Kind::Repaired && r.reason.contains("older")));
+}
+
+#[test]
+fn a_lateral_hangs_rather_on_the_thicker_of_two_roots_that_it_touches() {
+    let base = piece(&[([0.0, 0.0, 20.0], 0.8), ([0.0, 0.0, 110.0], 0.8)]);
+    let other = piece(&[([0.0, 0.0, 30.0], 0.4), ([30.0, 0.0, 40.0], 0.3), ([3.4, 0.0, 59.0], 0.2)]);
+    let lateral = piece(&[([3.0, 0.0, 60.0], 0.6), ([3.0, 40.0, 75.0], 0.4)]);
+    let end = other.root.points_mm.len() - 1;
+    let ties = vec![tie(1, End::First, 0, 20, 0.5), tie(2, End::First, 1, end, 0.5), tie(2, End::First, 0, 80, 3.0)];
+    let all = pieces(vec![base, other, lateral], ties);
+    let orders = |thicker_mm: f64| -> Vec<u32> {
+        let params = HierarchyParams { thicker_mm, ..HierarchyParams::default() };
+        arrange(&all, &params).unwrap().roots.iter().map(|r| r.root.order).collect()
+    };
+    assert_eq!(orders(1.0), [0, 1, 1]);
+    assert_eq!(orders(0.0), [0, 1], "the nearer one, which then goes on in it");
+}
+
+#[test]
 fn spurs_and_specks_go_and_nothing_gives_nothing() {
     let mut all = junction();
     all.pieces.push(piece(&[([-1.5, 0.0, 40.0], 0.3), ([-3.0, 0.0, 40.0], 0.3)]));
