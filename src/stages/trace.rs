@@ -34,9 +34,8 @@ impl Stage for Trace {
         let ridges = suppress::read(inputs.one("ridges")?)?;
         let strong = self.params.hysteresis().pieces(&ridges, self.grid.spacing_mm).label;
         let rootness = read3::<f32>(inputs.one("rootness")?, "rootness")?;
-        let mut points = points(&ridges, &strong, &self.grid, &self.sigma_mm)?;
         let floor = self.params.extend.share * f64::from(self.params.hysteresis().thresholds(&ridges).0);
-        points.retain(|p| p.strong || p.rootness >= floor);
+        let points = points(&ridges, &strong, floor, &self.grid, &self.sigma_mm)?;
         let pieces = trace(&points, &Field { grid: self.grid, rootness: rootness.view() }, &self.params)?;
         if pieces.pieces.is_empty() {
             output.warn("no root was traced; lower trace.high, or look at the rootness volume");
@@ -45,9 +44,10 @@ impl Stage for Trace {
     }
 }
 
-/// The ridge voxels as points; strong are those with a number in `strong`.
-fn points(ridges: &Ridges, strong: &[u32], grid: &Grid, sigma_mm: &[f64]) -> Result<Vec<RidgePoint>> {
+/// The ridge voxels as points: those with a number in `strong`, and of the others those of a rootness of `floor` at least.
+fn points(ridges: &Ridges, strong: &[u32], floor: f64, grid: &Grid, sigma_mm: &[f64]) -> Result<Vec<RidgePoint>> {
     (0..ridges.len())
+        .filter(|&n| strong[n] > 0 || f64::from(ridges.rootness[n]) >= floor)
         .map(|n| {
             let scale = usize::from(ridges.scale[n]);
             let sigma_mm = *sigma_mm.get(scale).ok_or_else(|| {
