@@ -145,9 +145,13 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
             field.grid.shape
         )));
     }
-    for (name, value) in [("trace.step_mm", params.step_mm), ("trace.smooth_mm", params.smooth_mm)] {
+    for (name, value) in [
+        ("trace.step_mm", params.step_mm),
+        ("trace.smooth_mm", params.smooth_mm),
+        ("trace.crossing.bend_deg", params.crossing.bend_deg),
+    ] {
         if !(value.is_finite() && value > 0.0) {
-            return Err(Error::usage(format!("{name} is {value}")).help("give a positive length in mm"));
+            return Err(Error::usage(format!("{name} is {value}")).help("give a positive number"));
         }
     }
     let spacing = field.grid.spacing_mm;

@@ -20,12 +20,16 @@ impl Grid {
     /// (z = 0) down to `depth_mm` (exclusive): 171 x 171 x 180 for the paper's tank at 1 mm.
     ///
     /// # Errors
-    /// Where a length is not positive and finite, or the grid would hold over 2³² voxels.
+    /// Where a length is not positive and finite, the depth exceeds the tank's height, or the grid would hold over 2³² voxels.
     pub fn of_tank(tank: &Tank, spacing_mm: f64, depth_mm: f64) -> Result<Self> {
         for (name, value) in [("grid.spacing", spacing_mm), ("grid.depth", depth_mm)] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(Error::usage(format!("{name} is {value} mm")).help("give a positive length in mm"));
             }
+        }
+        if depth_mm > tank.height_mm {
+            return Err(Error::usage(format!("grid.depth is {depth_mm} mm, the tank {} mm high", tank.height_mm))
+                .help("depth counts from the rim's plane down; leave it out to go down to the floor"));
         }
         let half = (tank.inner_radius_mm() / spacing_mm + 1e-9).floor();
         let depth = (depth_mm / spacing_mm + 1e-9).floor().max(1.0);
@@ -79,5 +83,14 @@ mod tests {
         let grid = Grid::of_tank(&tank, 1.0, 180.0).unwrap();
         assert_eq!(grid.shape, [180, 171, 171]);
         assert_eq!(grid.point_mm(0.0, 85.0, 85.0), Vec3::zeros());
+        for (spacing, depth, named) in [
+            (0.0, 180.0, "grid.spacing"),
+            (-1.0, 180.0, "grid.spacing"),
+            (1.0, 1e9, "grid.depth"),
+            (0.01, 180.0, "fine"),
+        ] {
+            let error = Grid::of_tank(&tank, spacing, depth).unwrap_err();
+            assert!(error.message.contains(named) && error.help.is_some(), "{}", error.message);
+        }
     }
 }

@@ -53,7 +53,8 @@ impl Rootness {
             faults.push(Error::usage("rootness.sigma names no scale, or over 255").help("give one or several, in mm"));
         }
         for &sigma in &self.sigma {
-            if !(0.4..=20.0).contains(&(sigma / spacing_mm)) {
+            // A spacing that is none is told of by the grid.
+            if spacing_mm > 0.0 && !(0.4..=20.0).contains(&(sigma / spacing_mm)) {
                 faults.push(
                     Error::usage(format!("rootness.sigma holds {sigma} mm, {:.2} voxels", sigma / spacing_mm))
                         .help("a scale lies between 0.4 and 20 voxels; change it or grid.spacing"),

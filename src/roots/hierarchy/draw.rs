@@ -31,6 +31,9 @@ pub fn draw(
         };
         drawn.push(led);
     }
+    if !pieces.looks.is_empty() {
+        shorten(&grown, &mut drawn, params.shown, log);
+    }
     let keep = prune(&grown, &drawn, pieces, params, log);
     number(&grown, &drawn, &keep)
 }
@@ -42,8 +45,7 @@ fn climb(grown: &mut [Grown], n: usize, drawn: &[Vec<Point>], link_mm: f64, log:
         && let Some(older) = grown[parent].parent.filter(|_| grown[parent].tied)
     {
         let way = &drawn[parent];
-        let distance = |p: &Point| (curve::position(p) - grown[n].place).norm_squared();
-        let at = (0..way.len()).min_by(|&a, &b| distance(&way[a]).total_cmp(&distance(&way[b]))).unwrap_or(0);
+        let at = closest(way, &grown[n].place);
         let beside = |p: &Point| {
             let (distance, radius) = nearest(&drawn[older], &curve::position(p));
             distance <= radius + link_mm
@@ -124,6 +126,32 @@ fn led(own: Vec<Point>, parent: &[Point], place: &Vec3, step_mm: f64) -> Vec<Poi
     lead.chain(own[first..].iter().copied()).collect()
 }
 
+/// Takes tips back to the last point that the share `shown` of the photographs shows, or from which a lateral springs.
+fn shorten(grown: &[Grown], drawn: &mut [Vec<Point>], shown: f64, log: &mut Vec<Repair>) {
+    let mut least = vec![1; drawn.len()];
+    for root in grown.iter().filter(|g| g.tied) {
+        if let Some(parent) = root.parent {
+            least[parent] = least[parent].max(closest(&drawn[parent], &root.place));
+        }
+    }
+    for (way, least) in drawn.iter_mut().zip(least) {
+        let count = way.iter().rposition(|p| p[6] >= shown).unwrap_or(0).max(least) + 1;
+        if count >= way.len() {
+            continue;
+        }
+        let length = curve::chord_lengths(&way[count - 1..]).last().copied().unwrap_or(0.0);
+        let reason = format!("fewer than {:.0} % of the photographs show the tip", 100.0 * shown);
+        log.push(Repair::new(Kind::Pruned, &curve::position(&way[way.len() - 1]), length, reason));
+        way.truncate(count);
+    }
+}
+
+/// Number of a line's point nearest to a place.
+fn closest(line: &[Point], place: &Vec3) -> usize {
+    let distance = |k: usize| (curve::position(&line[k]) - place).norm_squared();
+    (0..line.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+}
+
 /// Which roots stay: no specks, no spurs. A root whose laterals all go may go with them.
 fn prune(
     grown: &[Grown],
@@ -177,11 +205,7 @@ fn nearest(line: &[Point], p: &Vec3) -> (f64, f64) {
 
 /// Numbers by order, parents first, then from the parent's base to its tip.
 fn number(grown: &[Grown], drawn: &[Vec<Point>], keep: &[bool]) -> Vec<TracedRoot> {
-    let position = |r: usize| -> usize {
-        let Some(parent) = grown[r].parent else { return 0 };
-        let distance = |k: usize| (curve::position(&drawn[parent][k]) - grown[r].place).norm_squared();
-        (0..drawn[parent].len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
-    };
+    let position = |r: usize| -> usize { grown[r].parent.map_or(0, |parent| closest(&drawn[parent], &grown[r].place)) };
     let mut list: Vec<usize> = (0..grown.len()).filter(|&r| keep[r] && drawn[r].len() > 1).collect();
     list.sort_by_key(|&r| (grown[r].order, r));
     let mut ids = vec![-1_i64; grown.len()];

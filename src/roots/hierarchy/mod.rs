@@ -10,7 +10,7 @@
 //!   goes on, wherever something hangs, in the branch that bends least, keeps its thickness and leads farthest:
 //!   the greatest `− ½ (bend / bend_deg)² − ½ (ln (thickness ratio) / thinner)² + ½ ln reach`, each term limited; for the base
 //!   root, which grows downwards, also `− ½ (angle to the vertical / down_deg)²`. The others are its laterals.
-//! - **Pruning and numbering** ([`draw`]): specks, spurs; numbers by order, parents first.
+//! - **Pruning and numbering** ([`draw`]): tips that few photographs show, specks, spurs; numbers by order, parents first.
 
 pub mod arborescence;
 pub mod attach;
@@ -31,7 +31,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HierarchyParams {
-    /// A piece is a root when at least this share of the photographs that look at it unhindered show one, 0 to 1.
+    /// A piece is a root when at least this share of the photographs that look at it unhindered show one, 0 to 1; a root
+    /// ends where so many show it last.
     pub shown: f64,
     /// Hanging on the hidden crown costs as much as a tie of this cost, mm, 0 to 100.
     pub unseen_mm: f64,

@@ -151,6 +151,25 @@ fn a_lateral_hangs_rather_on_the_thicker_of_two_roots_that_it_touches() {
 }
 
 #[test]
+fn tips_that_few_photographs_show_are_taken_back() {
+    let mut all = junction();
+    let lower = &mut all.pieces[1];
+    let last = lower.confidence.len();
+    lower.confidence[last - 20..].fill(0.2);
+    let tip_z =
+        |all: &Pieces| arrange(all, &HierarchyParams::default()).unwrap().roots[0].root.points_mm.last().unwrap()[2];
+    assert!((tip_z(&all) - 100.0).abs() < 1.0, "{}", tip_z(&all));
+    // Nobody was asked.
+    all.looks.clear();
+    assert!((tip_z(&all) - 110.0).abs() < 0.5);
+    // What carries a lateral stays.
+    all.looks = vec![Looks { unhindered: 100, showing: 90 }; 4];
+    all.pieces.push(piece(&[([0.0, 1.0, 106.0], 0.3), ([0.0, 20.0, 106.0], 0.3)]));
+    all.ties.push(tie(3, End::First, 1, 89, 1.0));
+    assert!((tip_z(&all) - 106.0).abs() < 1.0, "{}", tip_z(&all));
+}
+
+#[test]
 fn spurs_and_specks_go_and_nothing_gives_nothing() {
     let mut all = junction();
     all.pieces.push(piece(&[([-1.5, 0.0, 40.0], 0.3), ([-3.0, 0.0, 40.0], 0.3)]));
