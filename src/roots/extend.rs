@@ -3,10 +3,11 @@
 //! Where a root ends, its ridge fades over the reach of the kernels and the taper of the tip, below what hysteresis may let
 //! through everywhere. From a loose end on, a ridge point goes on that is as near as a link, as straight as a link (both by
 //! [`LinkParams`], against the end's own direction over `baseline_mm` too) and at least `share` as strong as `trace.low`;
-//! the cheapest link is taken, and so on for at most `longest_mm`, or until another strand is a link away. The longest strands go first.
+//! the cheapest link is taken, and so on until `longest_mm` are gone, or another strand, with what was followed from it, is a
+//! link away. Strands of most points go first.
 
 use super::bridge::Workshop;
-use super::link::{LinkParams, cost, tree_of, within};
+use super::link::{LinkParams, Node, cost, tree_of, within};
 use super::repair::{Kind, Repair};
 use super::strand::{End, Strand};
 use crate::optics::Vec3;
@@ -16,9 +17,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ExtendParams {
-    /// Rootness that a ridge needs to be followed from an end on, in shares of `trace.low`, 0 to 1; 1 follows none.
+    /// Rootness that a ridge needs to be followed from an end on, in shares of `trace.low`, 0 to 1.
     pub share: f64,
-    /// Longest way that an end is followed, mm, 0 to 50.
+    /// Way after which an end is followed no farther, mm, 0 (none is followed) to 50.
     pub longest_mm: f64,
     /// Length over which the direction of an end is taken, mm, 1 to 10.
     pub baseline_mm: f64,
@@ -41,14 +42,13 @@ pub fn extend(
 ) -> Vec<Strand> {
     let points = workshop.points;
     let free = tree_of((weak..points.len()).map(|k| (k, &points[k].position_mm)));
-    let places: Vec<(usize, Vec3)> = strands
+    let mut places: Vec<(usize, Vec3)> = strands
         .iter()
         .enumerate()
         .flat_map(|(s, strand)| strand.points.iter().map(move |&k| (s, k)))
         .map(|(s, k)| (s, points[k].position_mm))
         .collect();
-    let taken = tree_of(places.iter().map(|p| &p.1).enumerate());
-    let touches = |own: usize, p: &Vec3| within(&taken, p, workshop.link_mm).iter().any(|&n| places[n].0 != own);
+    let mut taken = tree_of(places.iter().map(|p| &p.1).enumerate());
     let straight = links.angle_deg.to_radians().cos();
     let mut order: Vec<usize> = (0..strands.len()).collect();
     order.sort_by(|&a, &b| strands[b].points.len().cmp(&strands[a].points.len()).then(a.cmp(&b)));
@@ -65,7 +65,8 @@ pub fn extend(
             let mut gone = 0.0;
             loop {
                 let from = points[chain[chain.len() - 1]];
-                if gone >= params.longest_mm || touches(s, &from.position_mm) {
+                let near = within(&taken, &from.position_mm, workshop.link_mm);
+                if gone >= params.longest_mm || near.iter().any(|&n| places[n].0 != s) {
                     break;
                 }
                 let Some(onward) = direction(&chain, workshop, params.baseline_mm) else { break };
@@ -82,6 +83,9 @@ pub fn extend(
                 gone += (points[next].position_mm - from.position_mm).norm();
                 used[next] = true;
                 chain.push(next);
+                let place = points[next].position_mm;
+                taken.insert(Node::new([place.x, place.y, place.z], places.len()));
+                places.push((s, place));
             }
             if chain.len() == before {
                 continue;

@@ -149,6 +149,7 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
         ("trace.step_mm", params.step_mm),
         ("trace.smooth_mm", params.smooth_mm),
         ("trace.crossing.bend_deg", params.crossing.bend_deg),
+        ("trace.crossing.alone", params.crossing.alone),
     ] {
         if !(value.is_finite() && value > 0.0) {
             return Err(Error::usage(format!("{name} is {value}")).help("give a positive number"));

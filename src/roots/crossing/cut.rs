@@ -37,6 +37,11 @@ impl<'a> Touches<'a> {
         Self { strands, arcs, places, tree, link_mm }
     }
 
+    /// Touching knots no farther apart along a strand belong to one stretch, mm.
+    fn apart(&self) -> f64 {
+        2.0 * self.link_mm
+    }
+
     /// Per crossing the stretches of strands that touch there.
     fn crossings(&self) -> Vec<Vec<Stretch>> {
         let reach = 1.5 * self.link_mm;
@@ -60,18 +65,24 @@ impl<'a> Touches<'a> {
             near.iter().for_each(|&m| _ = groups.join(n, m));
             let (s, k) = self.places[n];
             let way = |b: usize| self.arcs[s][k] - self.arcs[s][self.places[b].1];
-            if let Some(before) = last.filter(|&b| self.places[b].0 == s && way(b) <= 2.0 * self.link_mm) {
+            if let Some(before) = last.filter(|&b| self.places[b].0 == s && way(b) <= self.apart()) {
                 groups.join(n, before);
             }
             last = Some(n);
         }
-        let mut crossings: BTreeMap<usize, BTreeMap<usize, (usize, usize)>> = BTreeMap::new();
+        let mut crossings: BTreeMap<usize, Vec<Stretch>> = BTreeMap::new();
         for n in (0..self.places.len()).filter(|&n| !touching[n].is_empty()) {
             let (s, k) = self.places[n];
-            let stretch = crossings.entry(groups.find(n)).or_default().entry(s).or_insert((k, k));
-            *stretch = (stretch.0.min(k), stretch.1.max(k));
+            let stretches = crossings.entry(groups.find(n)).or_default();
+            // A strand that comes by twice has two stretches.
+            match stretches.last_mut() {
+                Some((last, knots)) if *last == s && self.arcs[s][k] - self.arcs[s][*knots.end()] <= self.apart() => {
+                    *knots = *knots.start()..=k;
+                }
+                _ => stretches.push((s, k..=k)),
+            }
         }
-        crossings.into_values().map(|c| c.into_iter().map(|(s, (from, to))| (s, from..=to)).collect()).collect()
+        crossings.into_values().collect()
     }
 }
 
@@ -120,7 +131,7 @@ pub fn cut(strands: &[Strand], workshop: &Workshop<'_>) -> Cut {
         let mut from = 0;
         for &(n, c, half) in &cuts[s] {
             // A segment of one point would have no direction.
-            if n < from + 2 || n + 3 > strand.points.len() {
+            if n < from + 2 || n + 2 > strand.points.len() {
                 continue;
             }
             let number = segments.len();

@@ -56,6 +56,9 @@ pub fn resolve(
     params: &CrossingParams,
     log: &mut Vec<Repair>,
 ) -> Vec<Strand> {
+    if params.angle_deg <= 0.0 {
+        return strands;
+    }
     let Cut { mut segments, mut taken, crossings } = cut(&strands, workshop);
     let mut changed = false;
     for meeting in &crossings {
@@ -166,8 +169,12 @@ fn linked(ends: &[SegmentEnd], pairing: &Pairing, taken: &Links) -> Option<Links
 
 /// Takes away what a segment shares with others at an end, two points left at least.
 fn trim(segment: &mut Strand, end: End, skip_mm: f64, workshop: &Workshop<'_>) {
-    let at = segment.at(segment.end(end));
-    let far = |&n: &usize| (workshop.points[segment.points[n]].position_mm - at).norm() >= skip_mm;
+    let place = |n: usize| workshop.points[segment.points[n]].position_mm;
+    let steps = (1..segment.points.len()).map(|n| (place(n) - place(n - 1)).norm());
+    let mut arcs = vec![0.0];
+    steps.for_each(|step| arcs.push(arcs[arcs.len() - 1] + step));
+    let from = if end == End::First { 0.0 } else { arcs[arcs.len() - 1] };
+    let far = |&n: &usize| (arcs[n] - from).abs() >= skip_mm;
     let count = segment.points.len();
     let kept = match end {
         End::First => (0..count).find(far).unwrap_or(count).min(count - 2)..count,
@@ -182,5 +189,8 @@ fn reason(ways: &[Way], pairing: &Pairing) -> String {
         .enumerate()
         .filter_map(|(a, b)| b.filter(|&b| b > a).map(|b| format!("{:.0}", ways[a].bend_deg(&ways[b]))))
         .collect();
+    if bends.is_empty() {
+        return format!("none of {} ways that meet goes on in another: all bend too much", ways.len());
+    }
     format!("of {} ways that meet, those go on in each other that bend by {} degrees", ways.len(), bends.join(", "))
 }

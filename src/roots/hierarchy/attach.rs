@@ -98,7 +98,7 @@ fn taper(line: &Line<'_>, end: End) -> f64 {
 
 /// A ratio's square, a quarter at least and four at most.
 fn squared(ratio: f64) -> f64 {
-    if ratio.is_finite() { (ratio * ratio).clamp(0.25, 4.0) } else { 1.0 }
+    if ratio.is_nan() { 1.0 } else { (ratio * ratio).clamp(0.25, 4.0) }
 }
 
 /// Median radius about a point, mm.

@@ -135,7 +135,7 @@ fn shorten(grown: &[Grown], drawn: &mut [Vec<Point>], shown: f64, log: &mut Vec<
         }
     }
     for (way, least) in drawn.iter_mut().zip(least) {
-        let count = way.iter().rposition(|p| p[6] >= shown).unwrap_or(0).max(least) + 1;
+        let count = way.iter().rposition(|p| p[6].clamp(0.0, 1.0) >= shown - 1e-6).unwrap_or(0).max(least) + 1;
         if count >= way.len() {
             continue;
         }

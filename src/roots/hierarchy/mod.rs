@@ -3,14 +3,15 @@
 //! - **Support** ([`support`]): pieces that most photographs do not show are left out.
 //! - **Base** ([`base`]): of the pieces near the top of what is seen the one from which the thickest way leads down farthest.
 //! - **Hanging** ([`attach`]): every piece hangs by one tie. Ties lead from a piece's own end, rather the thicker one, on to
-//!   another piece; for more, a piece may hang by its body on another's end, or by a crossing; an end that runs out of sight
+//!   another piece, rather a thicker one; for more, a piece may hang by its body on another's end, or by a crossing; an end that runs out of sight
 //!   upwards may hang on the hidden crown. Of all ways to hang all pieces the cheapest is taken (an arborescence:
 //!   [`arborescence`]), so a ring is opened at its most costly tie.
 //! - **Going on** ([`walk`]): ridges do not know which branch of a junction is the root: walked from the base, a root
 //!   goes on, wherever something hangs, in the branch that bends least, keeps its thickness and leads farthest:
 //!   the greatest `− ½ (bend / bend_deg)² − ½ (ln (thickness ratio) / thinner)² + ½ ln reach`, each term limited; for the base
 //!   root, which grows downwards, also `− ½ (angle to the vertical / down_deg)²`. The others are its laterals.
-//! - **Pruning and numbering** ([`draw`]): tips that few photographs show, specks, spurs; numbers by order, parents first.
+//! - **Drawing** ([`draw`]): one smooth line each. A lateral that springs where its parent still runs along an older root
+//!   hangs on that one. Left out are tips that few photographs show, specks, spurs; numbers by order, parents first.
 
 pub mod arborescence;
 pub mod attach;
