@@ -10,7 +10,7 @@
 use super::link::{Union, tree_of, within};
 use super::repair::{Kind, Repair};
 use super::ridge::{Field, RidgePoint};
-use super::strand::{End, Strand};
+use super::strand::{End, Strand, knot_tree};
 use crate::optics::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -89,10 +89,7 @@ pub fn drop_doubles(
     let lengths: Vec<f64> = strands.iter().map(Strand::length_mm).collect();
     order.sort_by(|&a, &b| lengths[b].total_cmp(&lengths[a]).then(a.cmp(&b)));
     let mut kept: Vec<Strand> = Vec::new();
-    let places: Vec<(usize, usize)> =
-        strands.iter().enumerate().flat_map(|(s, strand)| (0..strand.knots.len()).map(move |k| (s, k))).collect();
-    let positions: Vec<Vec3> = places.iter().map(|&(s, k)| strands[s].at(k)).collect();
-    let tree = tree_of(positions.iter().enumerate());
+    let (places, tree) = knot_tree(&strands);
     let mut rank = vec![0; strands.len()];
     for (r, &s) in order.iter().enumerate() {
         rank[s] = r;

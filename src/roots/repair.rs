@@ -11,7 +11,7 @@ pub enum Kind {
     Bridged,
     /// A loose end was followed further.
     Extended,
-    /// At a junction two branches changed partners.
+    /// At a junction branches changed partners, or a root its parent.
     Repaired,
     /// A closed way was opened.
     Opened,

@@ -1,8 +1,10 @@
 //! A strand: one piece of a root, its ridge points in order and the smooth curve through them.
 
 use super::curve;
+use super::link::{Node, tree_of};
 use super::ridge::RidgePoint;
 use crate::optics::Vec3;
+use rstar::RTree;
 use serde::{Deserialize, Serialize};
 
 /// x, y, z (mm), rootness, scale σ (mm).
@@ -38,6 +40,15 @@ impl End {
             Self::Last => Self::First,
         }
     }
+}
+
+/// Every knot of every strand as (strand, knot), and the tree of their positions, whose nodes are places in that list.
+pub fn knot_tree(strands: &[Strand]) -> (Vec<(usize, usize)>, RTree<Node>) {
+    let places: Vec<(usize, usize)> =
+        strands.iter().enumerate().flat_map(|(s, strand)| (0..strand.knots.len()).map(move |k| (s, k))).collect();
+    let positions: Vec<Vec3> = places.iter().map(|&(s, k)| strands[s].at(k)).collect();
+    let tree = tree_of(positions.iter().enumerate());
+    (places, tree)
 }
 
 impl Strand {

@@ -1,10 +1,9 @@
 //! Where strands touch each other, and the segments between these places.
 
-use crate::optics::Vec3;
 use crate::roots::bridge::Workshop;
 use crate::roots::curve;
-use crate::roots::link::{Node, Union, tree_of, within};
-use crate::roots::strand::{End, Strand};
+use crate::roots::link::{Node, Union, within};
+use crate::roots::strand::{End, Strand, knot_tree};
 use rstar::RTree;
 use std::collections::BTreeMap;
 
@@ -29,10 +28,7 @@ type Stretch = (usize, std::ops::RangeInclusive<usize>);
 
 impl<'a> Touches<'a> {
     fn new(strands: &'a [Strand], link_mm: f64) -> Self {
-        let places: Vec<(usize, usize)> =
-            strands.iter().enumerate().flat_map(|(s, strand)| (0..strand.knots.len()).map(move |k| (s, k))).collect();
-        let positions: Vec<Vec3> = places.iter().map(|&(s, k)| strands[s].at(k)).collect();
-        let tree = tree_of(positions.iter().enumerate());
+        let (places, tree) = knot_tree(strands);
         let arcs = strands.iter().map(|s| curve::chord_lengths(&s.knots)).collect();
         Self { strands, arcs, places, tree, link_mm }
     }
@@ -98,15 +94,15 @@ pub struct Cut {
 
 /// Cuts the strands in the middle of their stretches; where an end is within two links, the strand ends there.
 pub fn cut(strands: &[Strand], workshop: &Workshop<'_>) -> Cut {
-    let crossings = Touches::new(strands, workshop.link_mm).crossings();
-    let near = 2.0 * workshop.link_mm;
+    let touches = Touches::new(strands, workshop.link_mm);
+    let crossings = touches.crossings();
+    let near = touches.apart();
     let mut meeting: Vec<Vec<Meeting>> = vec![Vec::new(); crossings.len()];
     let mut cuts: Vec<Vec<(usize, usize, f64)>> = vec![Vec::new(); strands.len()];
     let mut ending: Vec<Vec<(End, usize, f64)>> = vec![Vec::new(); strands.len()];
     for (c, stretches) in crossings.iter().enumerate() {
         for (s, knots) in stretches {
-            let strand = &strands[*s];
-            let arcs = curve::chord_lengths(&strand.knots);
+            let (strand, arcs) = (&strands[*s], &touches.arcs[*s]);
             let (from, to) = (arcs[*knots.start()], arcs[arcs.len() - 1] - arcs[*knots.end()]);
             let stretch = arcs[*knots.end()] - arcs[*knots.start()];
             match (from <= near, to <= near) {

@@ -82,13 +82,11 @@ fn laterals_and_roots_that_cross_straight_stay_as_they_are() {
 
 #[test]
 fn nothing_closes_a_ring() {
-    // Both ends of one root meet and continue each other.
-    let ring: Vec<Vec3> = (0..=24)
-        .map(|k| {
-            let angle = f64::from(k) * std::f64::consts::TAU / 24.5;
-            Vec3::new(10.0 * angle.cos(), 10.0 * angle.sin(), 0.0)
-        })
-        .collect();
-    let (found, repairs) = resolved(&[ring]);
-    assert_eq!((found.len(), repairs), (1, 0));
+    // Two halves of a circle: their ends meet and continue each other at both places, and one may be joined.
+    let half = |from: f64| -> Vec<Vec3> {
+        let angle = |k: u32| (from + 0.6 + f64::from(k) * 178.8 / 24.0).to_radians();
+        (0..=24).map(|k| Vec3::new(40.0 * angle(k).cos(), 40.0 * angle(k).sin(), 0.0)).collect()
+    };
+    let (found, repairs) = resolved(&[half(0.0), half(180.0)]);
+    assert_eq!((found.len(), repairs), (1, 1));
 }
