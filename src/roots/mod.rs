@@ -2,6 +2,7 @@
 
 pub mod bridge;
 pub mod crossing;
+pub mod crown;
 pub mod curve;
 pub mod diameter;
 pub mod extend;

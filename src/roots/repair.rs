@@ -15,7 +15,7 @@ pub enum Kind {
     Repaired,
     /// A closed way was opened.
     Opened,
-    /// A piece was cut in two where it crosses the root that both halves spring from.
+    /// A piece was cut in two: where it crosses the root that both halves spring from, or over the crown.
     Split,
     /// A piece was left out.
     Pruned,

@@ -1,11 +1,13 @@
 //! From ridge points to pieces of roots.
 //!
-//! Link ([`super::link`]), take doubles away, follow loose ends ([`super::extend`]), pair the ways through crossings ([`super::crossing`]), bridge gaps ([`super::bridge`]); then note how the pieces may hang
-//! together: ties from ends onto other pieces ([`super::tie`]), and ends that run out of sight upwards. Which
+//! Link ([`super::link`]), take doubles away, follow loose ends ([`super::extend`]), pair the ways through crossings
+//! ([`super::crossing`]), bridge gaps ([`super::bridge`]), take doubles away again, part what arches over the crown
+//! ([`super::crown`]); then note how the pieces may hang together: ties from ends onto other pieces ([`super::tie`]), and ends that run out of sight upwards. Which
 //! of these hold is decided once thicknesses are known ([`super::hierarchy`]). Every change against the bare ridge is in the log.
 
 use super::bridge::{BridgeParams, Workshop, bridge, drop_doubles};
 use super::crossing::{CrossingParams, resolve};
+use super::crown;
 use super::extend::{ExtendParams, extend};
 use super::link::{LinkParams, link};
 use super::repair::Repair;
@@ -180,6 +182,7 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
     let strands = resolve(strands, &workshop, &params.crossing, &mut repairs);
     let strands = bridge(strands, &workshop, &params.bridge, &mut repairs);
     let strands = drop_doubles(strands, &workshop, params.double * spacing, &mut repairs);
+    let strands = crown::part(strands, params.smooth_mm, &workshop, &mut repairs);
     let out_of_sight = |(piece, strand): (usize, &Strand)| {
         runs_out_of_sight(strand, &workshop, &params.tie).map(|(end, way_mm)| OutOfSight { piece, end, way_mm })
     };

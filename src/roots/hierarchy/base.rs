@@ -6,12 +6,11 @@
 
 use super::Line;
 use super::walk::Part;
+use crate::roots::crown::NEAR_TOP;
 use crate::roots::strand::End;
 
 /// Stretch below a piece's upper end that is judged, mm: some diameters of a taproot.
 const STRETCH_MM: f64 = 30.0;
-/// Pieces that begin within this share of the whole depth below the uppermost may be the base: belts hide the crown.
-const NEAR_TOP: f64 = 0.15;
 /// Pieces that are tried.
 const TRIED: usize = 8;
 
