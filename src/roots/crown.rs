@@ -2,7 +2,7 @@
 //!
 //! Two roots that leave the crown to either side may be linked over its top into one strand. Roots grow away from the crown: a
 //! strand whose highest point lies near the top of all that was traced, above both of its ends by more than `window_mm`, is
-//! cut there where it turns by more than [`SHARP_DEG`] between the chords over `window_mm` to either side: a root that rises and
+//! cut there where it turns by more than 60 degrees between the chords over `window_mm` to either side: a root that rises and
 //! sinks again bends gently.
 
 use super::bridge::Workshop;
