@@ -54,8 +54,8 @@ pub struct TraceParams {
 impl Default for TraceParams {
     fn default() -> Self {
         Self {
-            low: 0.4,
-            high: 0.6,
+            low: 0.35,
+            high: 0.5,
             min_length_mm: 3.0,
             step_mm: 0.5,
             smooth_mm: 6.0,

@@ -57,22 +57,22 @@ impl Bars {
         (e0 + f * (e1 - e0), self.spread_px * (b0 + f * (b1 - b0)))
     }
 
-    /// At `x`: light of a bar of `width` about 0, 1 inside a wide one; and that of a bar whose light rises
-    /// from -1 to 1 across its width.
-    pub fn light_and_shade(&self, x: f64, width: f64) -> (f64, f64) {
+    /// At `x`, of a bar of `width` about 0: what it covers, 1 inside a wide one; its light; and that of a bar whose light
+    /// rises from -1 to 1 across its width.
+    pub fn at(&self, x: f64, width: f64) -> [f64; 3] {
         let half = 0.5 * width;
         let (left, right) = (self.edge_and_bell(x + half), self.edge_and_bell(x - half));
         let flat = left.0 - right.0;
         let shade = (x * flat + left.1 - right.1) / half;
         if self.limb <= 0.0 {
-            return (flat, shade);
+            return [flat, flat, shade];
         }
         // The widest layer is nearly the flat bar itself.
         let layer = |[share, height]: [f64; 2]| {
             height * (self.edge_and_bell(x + share * half).0 - self.edge_and_bell(x - share * half).0)
         };
         let round = LAYERS[0][1] * flat + layer(LAYERS[1]) + layer(LAYERS[2]);
-        (flat + self.limb * (round - flat), shade)
+        [flat, flat + self.limb * (round - flat), shade]
     }
 }
 
@@ -83,9 +83,9 @@ mod tests {
     #[test]
     fn the_bar_keeps_its_light_and_its_edges() {
         let bars = Bars::new(0.6, 0.0);
-        assert!((bars.light_and_shade(0.0, 20.0).0 - 1.0).abs() < 1e-6);
-        assert!((bars.light_and_shade(10.0, 20.0).0 - 0.5).abs() < 1e-6);
-        let sum: f64 = (-4000..4000).map(|k| bars.light_and_shade(f64::from(k) * 0.005, 1.7).0 * 0.005).sum();
+        assert!((bars.at(0.0, 20.0)[1] - 1.0).abs() < 1e-6);
+        assert!((bars.at(10.0, 20.0)[1] - 0.5).abs() < 1e-6);
+        let sum: f64 = (-4000..4000).map(|k| bars.at(f64::from(k) * 0.005, 1.7)[1] * 0.005).sum();
         assert!((sum - 1.7).abs() < 1e-4);
         let x = 0.7;
         let blurred: f64 = (-850..850)
@@ -94,9 +94,9 @@ mod tests {
                 t / 0.85 * (-0.5 * ((x - t) / 0.6f64).powi(2)).exp() / (0.6 * std::f64::consts::TAU.sqrt()) * 0.001
             })
             .sum();
-        assert!((bars.light_and_shade(x, 1.7).1 - blurred).abs() < 1e-4);
+        assert!((bars.at(x, 1.7)[2] - blurred).abs() < 1e-4);
         let round = Bars::new(0.3, 1.0);
-        let area: f64 = (-4000..4000).map(|k| round.light_and_shade(f64::from(k) * 0.005, 4.0).0 * 0.005).sum();
+        let area: f64 = (-4000..4000).map(|k| round.at(f64::from(k) * 0.005, 4.0)[1] * 0.005).sum();
         assert!(
             (area / std::f64::consts::PI - 1.0).abs() < 0.03,
             "{area}: half the area of a circle of radius 2, over it"

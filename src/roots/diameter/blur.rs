@@ -79,7 +79,7 @@ mod tests {
                         let x = 0.2 * f64::from(i) - 6.0;
                         let noise = ((f64::from(i) * 7.0 + (view * 31 + k * 17) as f64).sin() * 43758.5453).fract();
                         let light = 0.1 + 0.02 * view as f64;
-                        (x, 0.2 + light * bars.light_and_shade(x, width).0 + 0.004 * noise)
+                        (x, 0.2 + light * bars.at(x, width)[1] + 0.004 * noise)
                     })
                     .collect();
                 (view, Profile { pixels, scale: 2.0, across: Vec3::x() * 2.0, half_px: 6.0 })

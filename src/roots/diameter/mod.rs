@@ -4,10 +4,11 @@
 //! the photograph as taken (not undistorted, not interpolated, in linear light) about the projected centreline are
 //! compared with a blurred bar:
 //!
-//! `light(x) = a + b x + c · bar(x; w s, σ) + d · shade(x; w s, σ)`,
-//! bar(x; w, σ) = ½ [erf((x + w/2) / σ√2) − erf((x − w/2) / σ√2)], shade: the same for a light that rises across it
+//! `light(x) = (a + b x) (1 − cover(x; w s, σ)) + (a + c) · bar(x; w s, σ) + d · shade(x; w s, σ)`,
+//! cover(x; w, σ) = ½ [erf((x + w/2) / σ√2) − erf((x − w/2) / σ√2)], bar: the same with light that falls off towards its
+//! limbs ([`bar`]), shade: with one that rises across it
 //!
-//! with the bar's light falling off towards its limbs ([`bar`]). Light is that
+//! A root hides what is behind it, so its limbs' fall counts against all its light, not against its contrast. Light is that
 //! along the colour axis on which roots differ from what is behind them.
 //!
 //! x is the pixel's distance across the projected line (px), w the diameter (mm), s the scale across the line (px/mm)

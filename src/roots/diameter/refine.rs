@@ -133,10 +133,10 @@ mod tests {
                 let pixels = (0..60)
                     .map(|k| {
                         let x = 0.2 * f64::from(k) - 6.0;
-                        let (bar, slope) = bars.light_and_shade(x - across.dot(shift), 0.9 * 2.4);
+                        let [_, bar, slope] = bars.at(x - across.dot(shift), 0.9 * 2.4);
                         let noise = (f64::from(k * 7 + view) * 12.9898).sin() * 43758.5453 % 1.0;
                         // A quarter of the views shows something else beside.
-                        let other = if view % 4 == 0 { 0.4 * bars.light_and_shade(x - 2.5, 2.0).0 } else { 0.0 };
+                        let other = if view % 4 == 0 { 0.4 * bars.at(x - 2.5, 2.0)[1] } else { 0.0 };
                         (x, 0.1 + 0.2 * bar + shade * 0.2 * slope + other + 0.004 * noise)
                     })
                     .collect();

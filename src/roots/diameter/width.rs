@@ -22,18 +22,18 @@ const SHOWN: f64 = 3.0;
 pub struct Fit {
     /// Sum of squared residuals.
     pub rss: f64,
-    /// Light c of the bar.
+    /// Light c of the bar, beyond the background's.
     pub light: f64,
     /// Its squared standard error.
     pub variance: f64,
 }
 
-/// Fits `a + b x + c bar + d shade` for a bar about `centre`.
+/// Fits background, bar and shade for a bar about `centre`.
 pub fn fit(profile: &Profile, centre: f64, width_px: f64, bars: &Bars) -> Fit {
     let mut sums = [[0.0; 5]; 5];
     for &(x, y) in &profile.pixels {
-        let (bar, shade) = bars.light_and_shade(x - centre, width_px);
-        let row = [1.0, x, bar, shade, y];
+        let [cover, bar, shade] = bars.at(x - centre, width_px);
+        let row = [1.0 - cover + bar, x * (1.0 - cover), bar, shade, y];
         for a in 0..5 {
             for b in a..5 {
                 sums[a][b] += row[a] * row[b];

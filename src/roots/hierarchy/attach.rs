@@ -14,6 +14,9 @@ const NOTHING_MM: f64 = 1e4;
 /// Share of a piece at either end over which its taper is judged.
 const THIRD: usize = 3;
 
+/// What is passed through is thicker by this factor at least.
+const THICKER: f64 = 1.3;
+
 /// Stretch to either side over which the thickness about a point is taken, mm.
 const ABOUT_MM: f64 = 10.0;
 
@@ -69,6 +72,15 @@ pub fn attach(
     }
     for piece in (0..lines.len()).filter(|&k| k != base) {
         put(crown, piece, NOTHING_MM, Hang::Free);
+    }
+    // No root passes through another: what seems to, springs there to both sides.
+    let all: Vec<usize> = (0..crown).filter(|&k| k != base).collect();
+    for (a, point, b, other, distance) in crossings(lines, &all, pieces.link_mm) {
+        let (own, parent) = (thickness(&lines[a], point), thickness(&lines[b], other));
+        if distance < parent && parent > THICKER * own {
+            let cost = 0.1 * distance + params.thicker_mm * squared(own / parent) + params.by_body_mm;
+            put(b, a, cost, Hang::On { parent: b, parent_point: other, point });
+        }
     }
     let mut chosen = arborescence(crown + 1, crown, &edges);
     let free: Vec<usize> =

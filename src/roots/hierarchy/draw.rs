@@ -160,6 +160,7 @@ fn prune(
     params: &HierarchyParams,
     log: &mut Vec<Repair>,
 ) -> Vec<bool> {
+    let least_views = params.seen * median_views(drawn);
     let mut keep = vec![true; grown.len()];
     let mut carried = vec![0_usize; grown.len()];
     grown.iter().filter_map(|g| g.parent).for_each(|p| carried[p] += 1);
@@ -169,7 +170,11 @@ fn prune(
         }
         let points = &drawn[r];
         let length = curve::chord_lengths(points).last().copied().unwrap_or(0.0);
+        let views = points.iter().map(|p| p[5]).sum::<f64>() / points.len() as f64;
         let reason = match grown[r].parent {
+            _ if grown[r].order > 0 && views < least_views => Some(format!(
+                "measured by {views:.1} photographs on average, by {least_views:.1} at least it ought to be"
+            )),
             None if grown[r].order > 0 && length < params.speck_mm => {
                 Some(format!("hangs on nothing and is shorter than {} mm", params.speck_mm))
             }
@@ -193,6 +198,13 @@ fn prune(
         }
     }
     keep
+}
+
+/// Median number of photographs that measure a point; 0 where nothing was measured.
+fn median_views(drawn: &[Vec<Point>]) -> f64 {
+    let mut views: Vec<f64> = drawn.iter().flatten().map(|p| p[5]).collect();
+    views.sort_by(f64::total_cmp);
+    views.get(views.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Distance to a line's nearest point, and the radius there, mm.

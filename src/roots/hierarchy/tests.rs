@@ -170,6 +170,54 @@ fn tips_that_few_photographs_show_are_taken_back() {
 }
 
 #[test]
+fn what_few_photographs_see_past_others_is_left_out() {
+    let mut all = junction();
+    all.pieces[2].views.fill(2);
+    let roots = |all: &Pieces| arrange(all, &HierarchyParams::default()).unwrap().roots.len();
+    assert_eq!(roots(&all), 2, "2 of 9 in the median");
+    all.pieces[2].views.fill(3);
+    assert_eq!(roots(&all), 3);
+    // What carries others stays, and where nothing was measured nothing is known.
+    all.pieces[1].views.fill(0);
+    assert_eq!(roots(&all), 3);
+    all.pieces.iter_mut().for_each(|p| p.views.fill(0));
+    assert_eq!(roots(&all), 3);
+}
+
+#[test]
+fn a_root_that_ends_on_another_goes_on_beyond_it() {
+    let base = piece(&[([0.0, 0.0, 20.0], 1.0), ([0.0, 0.0, 110.0], 0.8)]);
+    let ends = piece(&[([0.0, 0.0, 40.0], 0.5), ([19.0, 0.0, 50.0], 0.5)]);
+    let crossed = piece(&[([0.0, 0.0, 30.0], 0.5), ([20.0, 0.0, 30.0], 0.5), ([20.0, 0.0, 90.0], 0.5)]);
+    let beyond = |to: [f64; 3], radius: f64| piece(&[([21.0, 0.0, 51.0], radius), (to, radius)]);
+    let run = |beyond: TracedRoot| {
+        let ties = vec![tie(1, End::First, 0, 40, 0.0), tie(2, End::First, 0, 20, 0.0), tie(3, End::First, 2, 82, 1.0)];
+        arrange(&pieces(vec![base.clone(), ends.clone(), crossed.clone(), beyond], ties), &HierarchyParams::default())
+    };
+    let system = run(beyond([40.0, 0.0, 61.0], 0.45)).unwrap();
+    assert_eq!(system.roots.iter().map(|r| r.root.order).collect::<Vec<_>>(), [0, 1, 1]);
+    assert!(system.roots.iter().any(|r| (tip(r) - Vec3::new(40.0, 0.0, 61.0)).norm() < 0.5));
+    assert!(system.repairs.iter().any(|r| r.kind == Kind::Repaired && r.reason.contains("goes on beyond")));
+    // Within 75 degrees; more, or much thicker, and it is another root.
+    assert_eq!(run(beyond([40.0, 0.0, 36.0], 0.45)).unwrap().roots.len(), 3);
+    assert_eq!(run(beyond([15.0, 30.0, 40.0], 0.45)).unwrap().roots.len(), 4);
+    assert_eq!(run(beyond([40.0, 0.0, 61.0], 0.9)).unwrap().roots.len(), 4);
+}
+
+#[test]
+fn a_line_through_a_thicker_root_is_two_laterals() {
+    let base = piece(&[([0.0, 0.0, 20.0], 1.5), ([0.0, 0.0, 110.0], 1.5)]);
+    let thin = piece(&[([0.0, 0.0, 40.0], 0.15), ([-9.0, 0.0, 58.0], 0.15), ([-9.0, 20.0, 70.0], 0.15)]);
+    // Its end, thinner than its middle, touches the thin one.
+    let through = piece(&[([-8.5, 0.0, 58.5], 0.3), ([0.0, 0.0, 60.0], 0.3), ([30.0, 0.0, 70.0], 0.8)]);
+    let ties = vec![tie(1, End::First, 0, 40, 0.0), tie(2, End::First, 1, 40, 0.5)];
+    let system = arrange(&pieces(vec![base, thin, through], ties), &HierarchyParams::default()).unwrap();
+    let parent_of = |to: Vec3| system.roots.iter().find(|r| (tip(r) - to).norm() < 1.0).map(|r| r.root.parent);
+    assert_eq!(parent_of(Vec3::new(30.0, 0.0, 70.0)), Some(0));
+    assert_eq!(parent_of(Vec3::new(-8.5, 0.0, 58.5)), Some(0));
+}
+
+#[test]
 fn spurs_and_specks_go_and_nothing_gives_nothing() {
     let mut all = junction();
     all.pieces.push(piece(&[([-1.5, 0.0, 40.0], 0.3), ([-3.0, 0.0, 40.0], 0.3)]));

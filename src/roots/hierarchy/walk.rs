@@ -110,6 +110,21 @@ pub fn walk(lines: &[Line<'_>], base: usize, hangs: &[Hang], pieces: &Pieces, pa
     roots
 }
 
+/// The points of a way with their radii, mm.
+pub fn places<'a>(lines: &[Line<'_>], parts: impl IntoIterator<Item = &'a Part>) -> Vec<(Vec3, f64)> {
+    let mut points = Vec::new();
+    for part in parts {
+        let line = &lines[part.piece];
+        let mut add = |k: usize| points.push((line.at(k), line.radius_mm(k)));
+        if part.from <= part.to {
+            (part.from..=part.to).for_each(&mut add)
+        } else {
+            (part.to..=part.from).rev().for_each(&mut add)
+        }
+    }
+    points
+}
+
 impl Walker<'_> {
     fn end(&self, piece: usize, end: End) -> usize {
         if end == End::First { 0 } else { self.lines[piece].last() }
@@ -193,16 +208,7 @@ impl Walker<'_> {
 
     /// Direction over the last stretch of a way (none where it is too short to tell), and radius over a longer one.
     fn incoming(&self, parts: &[Part], last: Part) -> (Option<Vec3>, f64) {
-        let mut points: Vec<(Vec3, f64)> = Vec::new();
-        for part in parts.iter().chain([&last]) {
-            let line = &self.lines[part.piece];
-            let mut add = |k: usize| points.push((line.at(k), line.radius_mm(k)));
-            if part.from <= part.to {
-                (part.from..=part.to).for_each(&mut add)
-            } else {
-                (part.to..=part.from).rev().for_each(&mut add)
-            }
-        }
+        let points = places(self.lines, parts.iter().chain([&last]));
         let (end, radius) = points[points.len() - 1];
         let (mut way, mut before) = (0.0, end);
         let (mut stretch, mut radii): (Vec<Vec3>, Vec<f64>) = (Vec::new(), Vec::new());
