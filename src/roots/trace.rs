@@ -76,7 +76,7 @@ impl TraceParams {
     }
 }
 
-/// An end that runs out of sight upwards.
+/// An end that runs out of sight upwards or downwards.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct OutOfSight {
     /// Index of the piece.
@@ -85,6 +85,8 @@ pub struct OutOfSight {
     pub end: End,
     /// Straight way to the hidden zone, mm.
     pub way_mm: f64,
+    /// Whether that is below what is seen.
+    pub below: bool,
 }
 
 /// Looks of photographs at the measured points of a root.
@@ -183,9 +185,7 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
     let strands = bridge(strands, &workshop, &params.bridge, &mut repairs);
     let strands = drop_doubles(strands, &workshop, params.double * spacing, &mut repairs);
     let strands = crown::part(strands, params.smooth_mm, &workshop, &mut repairs);
-    let out_of_sight = |(piece, strand): (usize, &Strand)| {
-        runs_out_of_sight(strand, &workshop, &params.tie).map(|(end, way_mm)| OutOfSight { piece, end, way_mm })
-    };
+    let out_of_sight = |(piece, strand): (usize, &Strand)| runs_out_of_sight(piece, strand, &workshop, &params.tie);
     Ok(Pieces {
         step_mm: params.step_mm,
         smooth_mm: params.smooth_mm,
@@ -194,7 +194,7 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
         strengths: strands.iter().map(|s| s.mean(3)).collect(),
         pieces: pieces(&strands),
         ties: ties(&strands, &workshop, &params.tie),
-        out_of_sight: strands.iter().enumerate().filter_map(out_of_sight).collect(),
+        out_of_sight: strands.iter().enumerate().flat_map(out_of_sight).collect(),
         repairs,
     })
 }
@@ -223,8 +223,8 @@ fn pieces(strands: &[Strand]) -> Vec<TracedRoot> {
     strands.iter().enumerate().map(piece).collect()
 }
 
-/// The end that leaves the seen water upwards, and how far away, mm.
-fn runs_out_of_sight(strand: &Strand, workshop: &Workshop<'_>, params: &TieParams) -> Option<(End, f64)> {
+/// The ends that leave the seen water upwards or downwards.
+fn runs_out_of_sight(piece: usize, strand: &Strand, workshop: &Workshop<'_>, params: &TieParams) -> Vec<OutOfSight> {
     let field = workshop.field;
     let step = 0.5 * field.grid.spacing_mm;
     let (nz, ny, nx) = field.rootness.dim();
@@ -233,11 +233,12 @@ fn runs_out_of_sight(strand: &Strand, workshop: &Workshop<'_>, params: &TieParam
     let middle = 0.5 * (low + high);
     // Near the wall a root leaves the seen water sideways: that says nothing of the crown.
     let reach = 0.5 * (high.x - low.x) - params.baseline_mm;
-    let mut best: Option<(End, f64)> = None;
+    let mut found = Vec::new();
     for end in End::BOTH {
         let from = strand.at(strand.end(end));
         let outward = strand.outward(end, params.baseline_mm);
-        if outward.z > 0.3 || from.z > middle.z || strand.at(strand.end(end.other())).z < from.z {
+        let below = from.z > middle.z;
+        if if below { outward.z < -0.3 } else { outward.z > 0.3 || strand.at(strand.end(end.other())).z < from.z } {
             continue;
         }
         for k in 0..=(params.gap_mm / step) as usize {
@@ -247,12 +248,10 @@ fn runs_out_of_sight(strand: &Strand, workshop: &Workshop<'_>, params: &TieParam
                 break;
             }
             if field.at(&p).is_nan() {
-                if best.is_none_or(|b| way < b.1) {
-                    best = Some((end, way));
-                }
+                found.push(OutOfSight { piece, end, way_mm: way, below });
                 break;
             }
         }
     }
-    best
+    found
 }

@@ -23,7 +23,7 @@ pub struct Trace {
 
 impl Stage for Trace {
     const NAME: &'static str = "trace";
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
 
     fn peak_bytes(&self) -> u64 {
         // The dense rootness, and ridges of some hundredths of its voxels.

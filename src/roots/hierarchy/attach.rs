@@ -67,7 +67,9 @@ pub fn attach(
         put(tie.strand, tie.onto, cost(there, here) + params.by_body_mm, body);
     }
     for out in &pieces.out_of_sight {
-        let cost = out.way_mm + params.unseen_mm * taper(&lines[out.piece], out.end);
+        // Most that leave downwards are tips.
+        let below = if out.below { params.by_body_mm } else { 0.0 };
+        let cost = out.way_mm + params.unseen_mm * taper(&lines[out.piece], out.end) + below;
         put(crown, out.piece, cost, Hang::Crown(out.end));
     }
     for piece in (0..lines.len()).filter(|&k| k != base) {
@@ -154,9 +156,10 @@ fn report(pieces: &Pieces, lines: &[Line<'_>], hangs: &[Hang], log: &mut Vec<Rep
         match *hang {
             Hang::Crown(end) => {
                 let at = line.at(if end == End::First { 0 } else { line.last() });
-                let way = pieces.out_of_sight.iter().find(|o| o.piece == k).map_or(0.0, |o| o.way_mm);
+                let out = pieces.out_of_sight.iter().find(|o| o.piece == k && o.end == end);
+                let (way, whither) = out.map_or((0.0, "up"), |o| (o.way_mm, if o.below { "down" } else { "up" }));
                 let reason =
-                    format!("runs out of sight {way:.1} mm on, towards the crown: taken for a lateral of the base");
+                    format!("runs out of sight {way:.1} mm on, {whither}wards: taken for a lateral of the base root");
                 log.push(Repair::new(Kind::Inferred, &at, 0.0, reason));
             }
             Hang::On { parent, parent_point, point } if point > 0 && point < line.last() => {

@@ -4,13 +4,13 @@
 //! - **Base** ([`base`]): of the pieces near the top of what is seen the one from which the thickest way leads down farthest.
 //! - **Hanging** ([`attach`]): every piece hangs by one tie. Ties lead from a piece's own end, rather the thicker one, on to
 //!   another piece, rather a thicker one; for more, a piece may hang by its body on another's end, or by a crossing; an end that runs out of sight
-//!   upwards may hang on the hidden crown; a piece that passes through a thicker one may spring there to both sides. Of all ways to hang all pieces the cheapest is taken (an arborescence:
+//!   may hang on the hidden crown above, or, if need be, on the base root below; a piece that passes through a thicker one may spring there to both sides. Of all ways to hang all pieces the cheapest is taken (an arborescence:
 //!   [`arborescence`]), so a ring is opened at its most costly tie.
 //! - **Going on** ([`walk`]): ridges do not know which branch of a junction is the root: walked from the base, a root
 //!   goes on, wherever something hangs, in the branch that bends least, keeps its thickness and leads farthest:
 //!   the greatest `− ½ (bend / bend_deg)² − ½ (ln (thickness ratio) / thinner)² + ½ ln reach`, each term limited; for the base
 //!   root, which grows downwards, also `− ½ (angle to the vertical / down_deg)²`. The others are its laterals.
-//! - **Rejoining** ([`rejoin`]): a root that ends on another goes on in what seems that one's lateral beyond.
+//! - **Rejoining** ([`rejoin`]): roots that seem to end at a crossing go on in what lies beyond.
 //! - **Drawing** ([`draw`]): one smooth line each. A lateral that springs where its parent still runs along an older root
 //!   hangs on that one. Left out are tips that few photographs show, roots that few see past others, specks, spurs; numbers by
 //!   order, parents first.
@@ -42,7 +42,7 @@ pub struct HierarchyParams {
     /// measure the plant's roots in the median, 0 to 1: what only few see past other roots may be their chance
     /// meeting.
     pub seen: f64,
-    /// Hanging on the hidden crown costs as much as a tie of this cost, mm, 0 to 100.
+    /// Hanging on what is hidden above costs as much as a tie of this cost, mm, 0 to 100; below `by_body_mm` more.
     pub unseen_mm: f64,
     /// Hanging by an end as thick as the other one costs as much as a tie of this cost, mm, 0 to 100; by an end that is
     /// thicker less, since roots taper towards their tips.

@@ -1,12 +1,15 @@
-//! Roots that end on another go on beyond it.
+//! Roots that seem to end go on.
 //!
-//! Where roots cross, one may be followed to the other and end there, while what lies beyond seems a lateral of the other.
-//! That a root ends on the surface of another just where that one branches is rare chance; so a tip that touches another root (no
-//! farther from its surface than a link) goes on in a lateral that springs from that one within `smooth_mm` of the tip, where both
-//! have one direction within [`MOST_DEG`] and one thickness within [`MOST_RATIO`]. Of several the straightest is taken.
+//! Where roots cross, what goes on beyond may seem a root of its own. A tip goes on
+//! - **beyond another root**: it touches that one (no farther from its surface than a link), and a lateral springs from that one
+//!   within `smooth_mm` of the tip. That a root ends on another just where that one branches is rare chance;
+//! - **head-on** in another tip within half of `smooth_mm`, the later of the two roots running the other way then;
+//! - in **its own lateral** that springs within a third of `smooth_mm` of the tip: roots bear none so near their tips.
+//!
+//! Both must have one direction within [`MOST_DEG`] and one thickness within [`MOST_RATIO`]. The straightest goes first.
 
 use super::Line;
-use super::walk::{Grown, places};
+use super::walk::{Grown, Part, places};
 use crate::optics::Vec3;
 use crate::roots::repair::{Kind, Repair};
 use crate::roots::trace::Pieces;
@@ -19,47 +22,83 @@ const MOST_RATIO: f64 = 1.6;
 /// A root's way: points with radii, mm.
 type Way = Vec<(Vec3, f64)>;
 
-/// Roots with those joined that go on beyond another; parents stand first, before and after.
+/// A root that goes on in another.
+#[derive(Debug, Clone, Copy)]
+struct Join {
+    root: usize,
+    next: usize,
+    /// From the other's tip to its base.
+    head_on: bool,
+    bend_deg: f64,
+}
+
+/// Roots with those joined that go on; parents stand first, before and after.
 pub fn rejoin(lines: &[Line<'_>], mut grown: Vec<Grown>, pieces: &Pieces, log: &mut Vec<Repair>) -> Vec<Grown> {
     let mut ways: Vec<Way> = grown.iter().map(|g| places(lines, &g.parts)).collect();
     let mut joined = false;
-    while let Some((root, lateral, bend_deg)) = straightest(&grown, &ways, pieces) {
+    while let Some(Join { root, next, head_on, bend_deg }) = straightest(&grown, &ways, pieces) {
         joined = true;
-        let place = ways[root][ways[root].len() - 1].0;
-        let reason = format!("a root that ended on another goes on beyond it, bent by {bend_deg:.0}°");
-        log.push(Repair::new(Kind::Repaired, &place, (ways[lateral][0].0 - place).norm(), reason));
-        let (parts, points) = (std::mem::take(&mut grown[lateral].parts), std::mem::take(&mut ways[lateral]));
+        let mut parts = std::mem::take(&mut grown[next].parts);
+        if head_on {
+            parts.reverse();
+            parts.iter_mut().for_each(|p| std::mem::swap(&mut p.from, &mut p.to));
+        }
+        let start = places(lines, &parts)[0].0;
+        if grown[next].parent == Some(root) && !head_on {
+            cut(lines, &mut grown[root].parts, &start);
+        }
+        let tip = ways[root][ways[root].len() - 1].0;
+        let reason = format!("a root that seemed to end goes on in another, bent by {bend_deg:.0}°");
+        log.push(Repair::new(Kind::Repaired, &tip, (start - tip).norm(), reason));
         grown[root].parts.extend(parts);
-        ways[root].extend(points);
-        for g in grown.iter_mut().filter(|g| g.parent == Some(lateral)) {
+        (ways[root], ways[next]) = (places(lines, &grown[root].parts), Way::new());
+        for g in grown.iter_mut().filter(|g| g.parent == Some(next)) {
             g.parent = Some(root);
         }
     }
     if joined { sorted(&grown) } else { grown }
 }
 
-/// The root and the lateral of another that continue each other best, with the bend between them.
-fn straightest(grown: &[Grown], ways: &[Way], pieces: &Pieces) -> Option<(usize, usize, f64)> {
-    let mut best: Option<(usize, usize, f64)> = None;
+/// Takes off what lies beyond the last part's point nearest to a place.
+fn cut(lines: &[Line<'_>], parts: &mut [Part], place: &Vec3) {
+    let Some(last) = parts.last_mut() else { return };
+    let distance = |k: &usize| (lines[last.piece].at(*k) - place).norm();
+    let (low, high) = (last.from.min(last.to), last.from.max(last.to));
+    last.to = (low..=high).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(last.to);
+}
+
+/// The root and the other that continue each other best.
+fn straightest(grown: &[Grown], ways: &[Way], pieces: &Pieces) -> Option<Join> {
+    let mut best: Option<Join> = None;
     for (root, way) in ways.iter().enumerate() {
         let Some(&(tip, _)) = way.last() else { continue };
         let touches = |(p, radius): &(Vec3, f64)| (p - tip).norm() - radius <= pieces.link_mm;
-        for (lateral, next) in ways.iter().enumerate() {
-            let Some(other) = grown[lateral].parent.filter(|&o| o != root && grown[lateral].tied) else { continue };
-            let near = next.first().is_some_and(|p| (p.0 - tip).norm() <= pieces.smooth_mm);
-            if !near || !ways[other].iter().any(touches) || springs_from(grown, root, lateral) {
+        let within = |p: &(Vec3, f64), reach_mm: f64| (p.0 - tip).norm() <= reach_mm;
+        for (next, other) in ways.iter().enumerate().filter(|(n, other)| *n != root && other.len() > 1) {
+            if springs_from(grown, root, next) {
                 continue;
             }
-            let Some((bend_deg, ratio)) = fit(way, next, pieces.smooth_mm) else { continue };
-            if bend_deg <= MOST_DEG && ratio <= MOST_RATIO && best.is_none_or(|b| bend_deg < b.2) {
-                best = Some((root, lateral, bend_deg));
+            let parent = grown[next].parent.filter(|_| grown[next].tied);
+            let on = match parent {
+                Some(parent) if parent == root => within(&other[0], pieces.smooth_mm / 3.0),
+                Some(parent) => within(&other[0], pieces.smooth_mm) && ways[parent].iter().any(touches),
+                None => false,
+            };
+            let later = (grown[root].order, root) < (grown[next].order, next);
+            let head_on = later && within(&other[other.len() - 1], pieces.smooth_mm / 2.0);
+            for head_on in [false, true].into_iter().filter(|&h| if h { head_on } else { on }) {
+                let next_way: Way = if head_on { other.iter().rev().copied().collect() } else { other.clone() };
+                let Some((bend_deg, ratio)) = fit(way, &next_way, pieces.smooth_mm) else { continue };
+                if bend_deg <= MOST_DEG && ratio <= MOST_RATIO && best.is_none_or(|b| bend_deg < b.bend_deg) {
+                    best = Some(Join { root, next, head_on, bend_deg });
+                }
             }
         }
     }
     best
 }
 
-/// Whether `root` is the other one or springs from it, over however many.
+/// Whether `root` springs from the other one, over however many.
 fn springs_from(grown: &[Grown], root: usize, other: usize) -> bool {
     std::iter::successors(Some(root), |&r| grown[r].parent).any(|r| r == other)
 }

@@ -96,7 +96,7 @@ fn a_root_does_not_hang_on_a_tip_that_touches_it() {
     let touch = (other.root.points_mm.len() - 1) * 32 / 70;
     let mut all =
         pieces(vec![base, other, lateral], vec![tie(2, End::First, 0, 60, 1.0), tie(2, End::Last, 1, touch, 0.5)]);
-    all.out_of_sight = vec![OutOfSight { piece: 1, end: End::First, way_mm: 1.0 }];
+    all.out_of_sight = vec![OutOfSight { piece: 1, end: End::First, way_mm: 1.0, below: false }];
     let system = arrange(&all, &HierarchyParams::default()).unwrap();
     assert_eq!(system.roots.iter().map(|r| r.root.order).collect::<Vec<_>>(), [0, 1, 1]);
     assert!(system.repairs.iter().any(|r| r.kind == Kind::Inferred));
@@ -197,11 +197,35 @@ fn a_root_that_ends_on_another_goes_on_beyond_it() {
     let system = run(beyond([40.0, 0.0, 61.0], 0.45)).unwrap();
     assert_eq!(system.roots.iter().map(|r| r.root.order).collect::<Vec<_>>(), [0, 1, 1]);
     assert!(system.roots.iter().any(|r| (tip(r) - Vec3::new(40.0, 0.0, 61.0)).norm() < 0.5));
-    assert!(system.repairs.iter().any(|r| r.kind == Kind::Repaired && r.reason.contains("goes on beyond")));
+    assert!(system.repairs.iter().any(|r| r.kind == Kind::Repaired && r.reason.contains("goes on in another")));
     // Within 75 degrees; more, or much thicker, and it is another root.
     assert_eq!(run(beyond([40.0, 0.0, 36.0], 0.45)).unwrap().roots.len(), 3);
     assert_eq!(run(beyond([15.0, 30.0, 40.0], 0.45)).unwrap().roots.len(), 4);
     assert_eq!(run(beyond([40.0, 0.0, 61.0], 0.9)).unwrap().roots.len(), 4);
+}
+
+#[test]
+fn a_root_goes_on_in_a_tip_that_it_meets_and_in_a_lateral_at_its_tip() {
+    let base = piece(&[([0.0, 0.0, 20.0], 1.0), ([0.0, 0.0, 110.0], 0.8)]);
+    let other = piece(&[([0.0, 0.0, 30.0], 0.6), ([60.0, 0.0, 30.0], 0.6)]);
+    // What meets the tip of the first hangs by its far end; a lateral springs just before that end, and goes on beyond.
+    let first = piece(&[([0.0, 0.0, 50.0], 0.5), ([20.0, 0.0, 50.0], 0.5)]);
+    let met = piece(&[([45.0, 0.0, 31.0], 0.5), ([40.0, 0.0, 48.0], 0.5), ([21.5, 0.0, 50.0], 0.5)]);
+    let ties = vec![tie(1, End::First, 0, 20, 0.0), tie(2, End::First, 0, 60, 0.0), tie(3, End::First, 1, 90, 0.5)];
+    let system =
+        arrange(&pieces(vec![base.clone(), other, first.clone(), met], ties), &HierarchyParams::default()).unwrap();
+    assert_eq!(system.roots.iter().map(|r| r.root.order).collect::<Vec<_>>(), [0, 1, 1]);
+    assert!(system.roots.iter().any(|r| (tip(r) - Vec3::new(45.0, 0.0, 31.0)).norm() < 0.5));
+
+    let hook = piece(&[([0.0, 0.0, 50.0], 0.5), ([20.0, 0.0, 50.0], 0.5), ([20.5, 2.2, 50.0], 0.5)]);
+    let on = piece(&[([20.3, 0.6, 50.2], 0.4), ([40.0, 0.0, 54.0], 0.4)]);
+    let run = |at: usize| {
+        let ties = vec![tie(1, End::First, 0, 60, 0.0), tie(2, End::First, 1, at, 0.3)];
+        arrange(&pieces(vec![base.clone(), hook.clone(), on.clone()], ties), &HierarchyParams::default()).unwrap()
+    };
+    let system = run(41);
+    assert_eq!(system.roots.len(), 2);
+    assert!((tip(&system.roots[1]) - Vec3::new(40.0, 0.0, 54.0)).norm() < 0.5);
 }
 
 #[test]
