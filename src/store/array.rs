@@ -248,9 +248,18 @@ impl<T: Element> ArrayReader<T> {
         &self.shape
     }
 
-    /// The whole array.
+    /// The whole array, shard by shard: read at once a large one would stand in memory twice.
     pub fn read(&self) -> Result<ArrayD<T>> {
-        self.slab(0..self.shape[0])
+        let (depth, shard) = (self.shape[0], chunking(&self.shape, size_of::<T>()).1[0]);
+        if shard >= depth {
+            return self.slab(0..depth);
+        }
+        let mut whole = ArrayD::from_elem(IxDyn(&self.shape), T::FILL);
+        for start in (0..depth).step_by(shard) {
+            let end = (start + shard).min(depth);
+            whole.slice_axis_mut(Axis(0), Slice::from(start..end)).assign(&self.slab(start..end)?);
+        }
+        Ok(whole)
     }
 
     /// The rows `rows` along axis 0.
