@@ -28,6 +28,8 @@ pub struct Page<'a> {
     pub settings: &'a [(String, String)],
     /// What stages warned of.
     pub warnings: &'a [String],
+    /// The photographs' point spread, px, where diameters were measured in them.
+    pub spread_px: Option<f64>,
     /// Paths of the overlays, relative to the page.
     pub overlays: &'a [String],
 }
@@ -63,6 +65,12 @@ impl Page<'_> {
             self.tank.index.wall,
             self.tank.index.water
         );
+        if let Some(spread_px) = self.spread_px {
+            let _ = writeln!(
+                t,
+                "<p>Diameters were measured in the photographs, with a point spread of {spread_px:.2} px (standard deviation).</p>"
+            );
+        }
         for warning in self.warnings {
             let _ = writeln!(t, "<p class=\"warn\">{}</p>", escape(warning));
         }
@@ -215,10 +223,12 @@ mod tests {
             bands: &[Band { place: Place::Wall, true_length_mm: 9.0, recall: Some(0.75), points: 7, precision: None }],
             settings: &[("merge".into(), "{}".into())],
             warnings: &["few views".into()],
+            spread_px: Some(0.436),
             overlays: &["overlays/000.jpg".into(), "overlays/001.jpg".into()],
         };
         let html = page.html();
         assert!(html.contains("a&lt;b&gt;") && !html.contains("a<b>") && html.contains("few views"));
+        assert!(html.contains("a point spread of 0.44 px"));
         assert_eq!(html.matches("<img").count(), 2);
         assert!(
             html.contains(

@@ -23,6 +23,8 @@ pub struct TracedRoot {
 pub struct RootSystem {
     /// The roots; a parent stands before its laterals.
     pub roots: Vec<TracedRoot>,
+    /// The photographs' point spread, px, where diameters were measured in them.
+    pub spread_px: Option<f64>,
     /// Every change against the bare ridge.
     pub repairs: Vec<Repair>,
 }

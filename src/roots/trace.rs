@@ -125,6 +125,8 @@ pub struct Pieces {
     pub link_mm: f64,
     /// What the photographs say of each piece; empty where none was asked.
     pub looks: Vec<Looks>,
+    /// The photographs' point spread, px, where diameters were measured in them.
+    pub spread_px: Option<f64>,
     /// The mean rootness of each piece.
     pub strengths: Vec<f64>,
     /// The pieces; numbers, parents and orders are not given yet.
@@ -191,6 +193,7 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
         smooth_mm: params.smooth_mm,
         link_mm: workshop.link_mm,
         looks: Vec::new(),
+        spread_px: None,
         strengths: strands.iter().map(|s| s.mean(3)).collect(),
         pieces: pieces(&strands),
         ties: ties(&strands, &workshop, &params.tie),

@@ -8,7 +8,7 @@ use crate::optics::{Tank, View, ViewMap};
 use crate::photo::{self, colour::GRAY, contrast::axis::ColourAxis};
 use crate::roots::Pieces;
 use crate::roots::diameter::profile::Sight;
-use crate::roots::diameter::{DiameterParams, measure};
+use crate::roots::diameter::{DiameterParams, Measurement, measure};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -56,7 +56,8 @@ impl Stage for Diameters {
             .collect::<Result<_>>()?;
         progress.advance(1);
         progress.check()?;
-        pieces.looks = measure(&mut pieces.pieces, &pieces.strengths, &sights, &self.params)?;
+        let Measurement { looks, spread_px } = measure(&mut pieces.pieces, &pieces.strengths, &sights, &self.params)?;
+        (pieces.looks, pieces.spread_px) = (looks, Some(spread_px));
         progress.advance(1);
         output.json("pieces.json", &pieces)
     }

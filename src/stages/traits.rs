@@ -1,6 +1,6 @@
 //! Measures the traits and writes the root system in the formats that others read.
 //! In: system. Out: roots.csv, traits.csv, per_root.csv, depth_profile.csv, roots.rsml, roots.ply,
-//! centrelines.ply, roots.glb, roots.swc, repairs.csv.
+//! centrelines.ply, roots.glb, roots.swc, repairs.csv, spread_px (of the photographs, where diameters were measured).
 
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
@@ -26,12 +26,13 @@ const SIDES: usize = 8;
 
 impl Stage for Traits {
     const NAME: &'static str = "traits";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let system: RootSystem = inputs.one("system")?.json("system.json")?;
         let roots = system.plain();
         output.bytes("roots.csv", &tables::roots(&system.roots)?)?;
+        output.json("spread_px", &system.spread_px)?;
         output.bytes("repairs.csv", &tables::repairs(&system.repairs)?)?;
         let all = traits(&roots, self.water_level_mm, &self.params);
         output.bytes("traits.csv", &tables::traits(&all)?)?;

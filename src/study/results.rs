@@ -141,6 +141,7 @@ fn page(settings: &Settings, graph: &Graph, nodes: &StudyNodes, report: &Report)
     for (stage, count) in warned.into_iter().filter(|&(_, count)| count > MOST_WARNINGS) {
         warnings.push(format!("{stage}: {} more warnings of this kind", count - MOST_WARNINGS));
     }
+    let spread_px = report.artefact(nodes.traits)?.json("spread_px")?;
     let overlays: Vec<String> = nodes.photos.iter().map(|p| overlay_path(p, "")).collect();
     Ok(Page {
         name: &settings.name,
@@ -152,6 +153,7 @@ fn page(settings: &Settings, graph: &Graph, nodes: &StudyNodes, report: &Report)
         bands: bands.as_deref().unwrap_or_default(),
         settings: &parameters.into_iter().collect::<Vec<_>>(),
         warnings: &warnings,
+        spread_px,
         overlays: &overlays,
     }
     .html())

@@ -134,8 +134,17 @@ pub struct Station {
     pub measured: Option<Measured>,
 }
 
-/// Measures all roots in place: radii, their standard deviations, numbers of views, confidence. What the photographs say
-/// of each root as a whole is returned. `strengths` are the roots' rootness.
+/// What the photographs say beyond the diameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// Of each root as a whole.
+    pub looks: Vec<Looks>,
+    /// The point spread that the diameters were measured with, px.
+    pub spread_px: f64,
+}
+
+/// Measures all roots in place: radii, their standard deviations, numbers of views, confidence. `strengths` are the roots'
+/// rootness.
 ///
 /// # Errors
 /// Where a parameter is out of range.
@@ -144,7 +153,7 @@ pub fn measure(
     strengths: &[f64],
     sights: &[Sight<'_>],
     params: &DiameterParams,
-) -> Result<Vec<Looks>> {
+) -> Result<Measurement> {
     for (name, value) in [
         ("every_mm", params.every_mm),
         ("stretch_mm", params.stretch_mm),
@@ -168,15 +177,16 @@ pub fn measure(
     let beads: Vec<Beads> = roots.iter().map(|r| Beads::new(&r.root.points_mm, params.bead_mm())).collect();
     let tracks: Vec<Vec<Track>> =
         sights.par_iter().map(|sight| beads.iter().map(|b| Track::new(sight, b)).collect()).collect();
-    let first_px = if params.spread_px > 0.0 { params.spread_px } else { SHARPEST_PX };
+    let mut spread_px = if params.spread_px > 0.0 { params.spread_px } else { SHARPEST_PX };
     let mut work =
-        Work { sights, strengths: strengths.to_vec(), beads, tracks, bars: Bars::new(first_px, params.limb), params };
+        Work { sights, strengths: strengths.to_vec(), beads, tracks, bars: Bars::new(spread_px, params.limb), params };
     // The scale-space radii are coarse: two sparse rounds give the last one a width to expect.
     let mut looks = Vec::new();
     for (stride, expected) in [(SPARSE, false), (SPARSE, true), (1, true)] {
         work.shift(roots, stride, expected);
         if params.spread_px <= 0.0 && !expected {
-            work.bars = Bars::new(blur::spread_px(&work.places(roots), params), params.limb);
+            spread_px = blur::spread_px(&work.places(roots), params);
+            work.bars = Bars::new(spread_px, params.limb);
         }
         looks = work.widths(roots, stride, expected);
         if stride > 1 && expected {
@@ -186,7 +196,7 @@ pub fn measure(
         }
     }
     fall_back(roots);
-    Ok(looks)
+    Ok(Measurement { looks, spread_px })
 }
 
 /// Gives roots that no photograph measured the median radius of the others, with their spread as its deviation.

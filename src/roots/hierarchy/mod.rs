@@ -3,9 +3,10 @@
 //! - **Support** ([`support`]): pieces that most photographs do not show are left out.
 //! - **Base** ([`base`]): of the pieces near the top of what is seen the one from which the thickest way leads down farthest.
 //! - **Hanging** ([`attach`]): every piece hangs by one tie. Ties lead from a piece's own end, rather the thicker one, on to
-//!   another piece, rather a thicker one; for more, a piece may hang by its body on another's end, or by a crossing; an end that runs out of sight
-//!   may hang on the hidden crown above, or, if need be, on the base root below; a piece that passes through a thicker one may spring there to both sides. Of all ways to hang all pieces the cheapest is taken (an arborescence:
-//!   [`arborescence`]), so a ring is opened at its most costly tie.
+//!   another piece, rather a thicker one; for more, a piece may hang by its body on another's end, or by a crossing; an end
+//!   that runs out of sight may hang on the hidden crown above or, for more, on the base root below; a piece that passes
+//!   through a thicker one may spring there to both sides. Of all ways to hang all pieces the cheapest is taken (an
+//!   arborescence: [`arborescence`]), so a ring is opened at its most costly tie.
 //! - **Going on** ([`walk`]): ridges do not know which branch of a junction is the root: walked from the base, a root
 //!   goes on, wherever something hangs, in the branch that bends least, keeps its thickness and leads farthest:
 //!   the greatest `− ½ (bend / bend_deg)² − ½ (ln (thickness ratio) / thinner)² + ½ ln reach`, each term limited; for the base
@@ -103,12 +104,12 @@ pub fn arrange(pieces: &Pieces, params: &HierarchyParams) -> Result<RootSystem> 
     };
     let tried = base::candidates(&lines).into_iter().map(grow);
     let Some((_, grown, log)) = tried.reduce(|best, next| if next.0 > best.0 { next } else { best }) else {
-        return Ok(RootSystem { roots: Vec::new(), repairs });
+        return Ok(RootSystem { roots: Vec::new(), spread_px: pieces.spread_px, repairs });
     };
     repairs.extend(log);
     let grown = rejoin::rejoin(&lines, grown, pieces, &mut repairs);
     let roots = draw::draw(&lines, grown, pieces, params, &mut repairs);
-    Ok(RootSystem { roots, repairs })
+    Ok(RootSystem { roots, spread_px: pieces.spread_px, repairs })
 }
 
 /// A piece with the arc position of its points.

@@ -6,7 +6,7 @@
 //! - **head-on** in another tip within half of `smooth_mm`, the later of the two roots running the other way then;
 //! - in **its own lateral** that springs within a third of `smooth_mm` of the tip: roots bear none so near their tips.
 //!
-//! Both must have one direction within [`MOST_DEG`] and one thickness within [`MOST_RATIO`]. The straightest goes first.
+//! Both must have one direction within `MOST_DEG` and one thickness within `MOST_RATIO`. The straightest goes first.
 
 use super::Line;
 use super::walk::{Grown, Part, places};

@@ -29,6 +29,7 @@ fn pieces(pieces: Vec<TracedRoot>, ties: Vec<Tie>) -> Pieces {
         smooth_mm: 6.0,
         link_mm: 2.0,
         looks: vec![Looks { unhindered: 100, showing: 90 }; pieces.len()],
+        spread_px: None,
         strengths: vec![1.0; pieces.len()],
         pieces,
         ties,
