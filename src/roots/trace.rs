@@ -2,7 +2,7 @@
 //!
 //! Link ([`super::link`]), take doubles away, follow loose ends ([`super::extend`]), pair the ways through crossings
 //! ([`super::crossing`]), bridge gaps ([`super::bridge`]), take doubles away again, part what arches over the crown
-//! ([`super::crown`]); then note how the pieces may hang together: ties from ends onto other pieces ([`super::tie`]), and ends that run out of sight upwards. Which
+//! ([`super::crown`]); then note how the pieces may hang together: ties from ends onto other pieces ([`super::tie`]), and ends that run out of sight. Which
 //! of these hold is decided once thicknesses are known ([`super::hierarchy`]). Every change against the bare ridge is in the log.
 
 use super::bridge::{BridgeParams, Workshop, bridge, drop_doubles};
@@ -133,7 +133,7 @@ pub struct Pieces {
     pub pieces: Vec<TracedRoot>,
     /// Where ends may spring from other pieces.
     pub ties: Vec<Tie>,
-    /// Ends that run out of sight upwards.
+    /// Ends that run out of sight.
     pub out_of_sight: Vec<OutOfSight>,
     /// Every change against the bare ridge.
     pub repairs: Vec<Repair>,

@@ -24,7 +24,7 @@ pub struct Diameters {
 
 impl Stage for Diameters {
     const NAME: &'static str = "diameters";
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
 
     fn peak_bytes(&self) -> u64 {
         // All photographs in linear light, and which roots cover which pixels.

@@ -8,7 +8,7 @@
 //! cover(x; w, σ) = ½ [erf((x + w/2) / σ√2) − erf((x − w/2) / σ√2)], bar: the same with light that falls off towards its
 //! limbs ([`bar`]), shade: with one that rises across it
 //!
-//! A root hides what is behind it, so its limbs' fall counts against all its light, not against its contrast. Light is that
+//! x counts from the bar's middle. A root hides what is behind it, so its limbs' fall counts against all its light, not against its contrast. Light is that
 //! along the colour axis on which roots differ from what is behind them.
 //!
 //! x is the pixel's distance across the projected line (px), w the diameter (mm), s the scale across the line (px/mm)
@@ -347,6 +347,8 @@ fn settle(traced: &mut TracedRoot, stations: &[(f64, Station)], params: &Diamete
         *confidence = near.map_or(0.0, |(_, share)| *share);
     }
     if good.is_empty() {
+        // What a sparse round measured does not hold.
+        traced.views.fill(0);
         return;
     }
     let smooth = smoothed(&good, params);

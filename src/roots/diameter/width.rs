@@ -32,7 +32,8 @@ pub struct Fit {
 pub fn fit(profile: &Profile, centre: f64, width_px: f64, bars: &Bars) -> Fit {
     let mut sums = [[0.0; 5]; 5];
     for &(x, y) in &profile.pixels {
-        let [cover, bar, shade] = bars.at(x - centre, width_px);
+        let x = x - centre;
+        let [cover, bar, shade] = bars.at(x, width_px);
         let row = [1.0 - cover + bar, x * (1.0 - cover), bar, shade, y];
         for a in 0..5 {
             for b in a..5 {

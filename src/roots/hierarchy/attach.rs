@@ -32,7 +32,7 @@ pub enum Hang {
         /// The point of its own, an end or one between.
         point: usize,
     },
-    /// By an end on the hidden crown.
+    /// By an end on what is hidden of the base root: the crown above, or what is below.
     Crown(End),
     /// On nothing: it is the base, or stands alone.
     Free,
@@ -164,8 +164,7 @@ fn report(pieces: &Pieces, lines: &[Line<'_>], hangs: &[Hang], log: &mut Vec<Rep
             }
             Hang::On { parent, parent_point, point } if point > 0 && point < line.last() => {
                 let gap = (lines[parent].at(parent_point) - line.at(point)).norm();
-                let reason =
-                    format!("no end of it hangs on anything, but it passes {gap:.1} mm from a root that hangs");
+                let reason = format!("hangs by its middle: it passes {gap:.1} mm from the axis of a root that hangs");
                 log.push(Repair::new(Kind::Split, &line.at(point), 0.0, reason));
             }
             _ => {}

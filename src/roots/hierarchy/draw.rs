@@ -2,6 +2,7 @@
 
 use super::walk::{Grown, Part};
 use super::{HierarchyParams, Line};
+use crate::math::robust::median;
 use crate::optics::Vec3;
 use crate::roots::bridge::cubic;
 use crate::roots::repair::{Kind, Repair};
@@ -152,7 +153,7 @@ fn closest(line: &[Point], place: &Vec3) -> usize {
     (0..line.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
 
-/// Which roots stay: no specks, no spurs. A root whose laterals all go may go with them.
+/// Which roots stay: no specks, no spurs, none that too few photographs measure. A root whose laterals all go may go with them.
 fn prune(
     grown: &[Grown],
     drawn: &[Vec<Point>],
@@ -160,7 +161,9 @@ fn prune(
     params: &HierarchyParams,
     log: &mut Vec<Repair>,
 ) -> Vec<bool> {
-    let least_views = params.seen * median_views(drawn);
+    let views = |p: &Point| p[5].max(0.0);
+    let mut all: Vec<f64> = drawn.iter().flatten().map(views).collect();
+    let least_views = params.seen * median(&mut all);
     let mut keep = vec![true; grown.len()];
     let mut carried = vec![0_usize; grown.len()];
     grown.iter().filter_map(|g| g.parent).for_each(|p| carried[p] += 1);
@@ -170,7 +173,7 @@ fn prune(
         }
         let points = &drawn[r];
         let length = curve::chord_lengths(points).last().copied().unwrap_or(0.0);
-        let views = points.iter().map(|p| p[5]).sum::<f64>() / points.len() as f64;
+        let views = points.iter().map(views).sum::<f64>() / points.len() as f64;
         let reason = match grown[r].parent {
             _ if grown[r].order > 0 && views < least_views => Some(format!(
                 "measured by {views:.1} photographs on average, by {least_views:.1} at least it ought to be"
@@ -198,13 +201,6 @@ fn prune(
         }
     }
     keep
-}
-
-/// Median number of photographs that measure a point; 0 where nothing was measured.
-fn median_views(drawn: &[Vec<Point>]) -> f64 {
-    let mut views: Vec<f64> = drawn.iter().flatten().map(|p| p[5]).collect();
-    views.sort_by(f64::total_cmp);
-    views.get(views.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Distance to a line's nearest point, and the radius there, mm.

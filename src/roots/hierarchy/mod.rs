@@ -40,7 +40,8 @@ pub struct HierarchyParams {
     /// ends where so many show it last.
     pub shown: f64,
     /// A root without laterals stays when the photographs that measure it are on average at least this share of those that
-    /// measure the plant's roots in the median, 0 to 1: what only few see past other roots may be their chance
+    /// measure the plant's roots in the median, 0 to 1, points that none measures, the way from the parent among
+    /// them, counting as 0: what only few see past other roots may be their chance
     /// meeting.
     pub seen: f64,
     /// Hanging on what is hidden above costs as much as a tie of this cost, mm, 0 to 100; below `by_body_mm` more.

@@ -2,8 +2,8 @@
 //!
 //! Where roots cross, what goes on beyond may seem a root of its own. A tip goes on
 //! - **beyond another root**: it touches that one (no farther from its surface than a link), and a lateral springs from that one
-//!   within `smooth_mm` of the tip. That a root ends on another just where that one branches is rare chance;
-//! - **head-on** in another tip within half of `smooth_mm`, the later of the two roots running the other way then;
+//!   half of `smooth_mm` from the tip at most. That a root ends on another just where that one branches is rare chance;
+//! - **head-on** in another tip as near, the later of the two roots running the other way then;
 //! - in **its own lateral** that springs within a third of `smooth_mm` of the tip: roots bear none so near their tips.
 //!
 //! Both must have one direction within `MOST_DEG` and one thickness within `MOST_RATIO`. The straightest goes first.
@@ -38,16 +38,14 @@ pub fn rejoin(lines: &[Line<'_>], mut grown: Vec<Grown>, pieces: &Pieces, log: &
     let mut joined = false;
     while let Some(Join { root, next, head_on, bend_deg }) = straightest(&grown, &ways, pieces) {
         joined = true;
+        let tip = ways[root][ways[root].len() - 1].0;
         let mut parts = std::mem::take(&mut grown[next].parts);
         if head_on {
             parts.reverse();
             parts.iter_mut().for_each(|p| std::mem::swap(&mut p.from, &mut p.to));
         }
         let start = places(lines, &parts)[0].0;
-        if grown[next].parent == Some(root) && !head_on {
-            cut(lines, &mut grown[root].parts, &start);
-        }
-        let tip = ways[root][ways[root].len() - 1].0;
+        cut(lines, &mut grown[root].parts, &start, pieces.smooth_mm);
         let reason = format!("a root that seemed to end goes on in another, bent by {bend_deg:.0}°");
         log.push(Repair::new(Kind::Repaired, &tip, (start - tip).norm(), reason));
         grown[root].parts.extend(parts);
@@ -59,17 +57,36 @@ pub fn rejoin(lines: &[Line<'_>], mut grown: Vec<Grown>, pieces: &Pieces, log: &
     if joined { sorted(&grown) } else { grown }
 }
 
-/// Takes off what lies beyond the last part's point nearest to a place.
-fn cut(lines: &[Line<'_>], parts: &mut [Part], place: &Vec3) {
-    let Some(last) = parts.last_mut() else { return };
-    let distance = |k: &usize| (lines[last.piece].at(*k) - place).norm();
-    let (low, high) = (last.from.min(last.to), last.from.max(last.to));
-    last.to = (low..=high).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(last.to);
+/// Takes off what of the last `most_mm` of a way lies beyond its point nearest to a place.
+fn cut(lines: &[Line<'_>], parts: &mut Vec<Part>, place: &Vec3, most_mm: f64) {
+    let (mut way_mm, mut before): (f64, Option<Vec3>) = (0.0, None);
+    let mut best: Option<(f64, usize, usize)> = None;
+    'back: for (n, part) in parts.iter().enumerate().rev() {
+        let (low, high) = (part.from.min(part.to), part.from.max(part.to));
+        for k in 0..=high - low {
+            let k = if part.from <= part.to { high - k } else { low + k };
+            let p = lines[part.piece].at(k);
+            way_mm += before.map_or(0.0, |b| (p - b).norm());
+            before = Some(p);
+            if way_mm > most_mm {
+                break 'back;
+            }
+            let distance = (p - place).norm();
+            if best.is_none_or(|b| distance < b.0) {
+                best = Some((distance, n, k));
+            }
+        }
+    }
+    if let Some((_, n, k)) = best {
+        parts.truncate(n + 1);
+        parts[n].to = k;
+    }
 }
 
 /// The root and the other that continue each other best.
 fn straightest(grown: &[Grown], ways: &[Way], pieces: &Pieces) -> Option<Join> {
     let mut best: Option<Join> = None;
+    let reach_mm = pieces.smooth_mm / 2.0;
     for (root, way) in ways.iter().enumerate() {
         let Some(&(tip, _)) = way.last() else { continue };
         let touches = |(p, radius): &(Vec3, f64)| (p - tip).norm() - radius <= pieces.link_mm;
@@ -80,15 +97,21 @@ fn straightest(grown: &[Grown], ways: &[Way], pieces: &Pieces) -> Option<Join> {
             }
             let parent = grown[next].parent.filter(|_| grown[next].tied);
             let on = match parent {
-                Some(parent) if parent == root => within(&other[0], pieces.smooth_mm / 3.0),
-                Some(parent) => within(&other[0], pieces.smooth_mm) && ways[parent].iter().any(touches),
-                None => false,
+                Some(parent) if parent == root => left_mm(way, &other[0].0) <= pieces.smooth_mm / 3.0,
+                // Beside its own parent a tip touches it where it will.
+                Some(parent) if grown[root].parent != Some(parent) => {
+                    within(&other[0], reach_mm) && ways[parent].iter().any(touches)
+                }
+                _ => false,
             };
-            let later = (grown[root].order, root) < (grown[next].order, next);
-            let head_on = later && within(&other[other.len() - 1], pieces.smooth_mm / 2.0);
+            // What hangs visibly keeps its base.
+            let rank = |r: usize| (r > 0 && !grown[r].tied, grown[r].order, r);
+            let head_on = rank(root) < rank(next)
+                && within(&other[other.len() - 1], reach_mm)
+                && !springs_from(grown, next, root);
             for head_on in [false, true].into_iter().filter(|&h| if h { head_on } else { on }) {
                 let next_way: Way = if head_on { other.iter().rev().copied().collect() } else { other.clone() };
-                let Some((bend_deg, ratio)) = fit(way, &next_way, pieces.smooth_mm) else { continue };
+                let Some((bend_deg, ratio)) = fit(way, &next_way, pieces) else { continue };
                 if bend_deg <= MOST_DEG && ratio <= MOST_RATIO && best.is_none_or(|b| bend_deg < b.bend_deg) {
                     best = Some(Join { root, next, head_on, bend_deg });
                 }
@@ -103,13 +126,26 @@ fn springs_from(grown: &[Grown], root: usize, other: usize) -> bool {
     std::iter::successors(Some(root), |&r| grown[r].parent).any(|r| r == other)
 }
 
-/// Bend in degrees from the last stretch of a way to the first of another, and the ratio of their thicknesses.
-fn fit(way: &Way, next: &Way, stretch_mm: f64) -> Option<(f64, f64)> {
-    let (back, radius) = stretch(way.iter().rev(), 0.0, stretch_mm)?;
-    // The next one's first points lie in the root that it seems to spring from.
-    let (onward, other) = stretch(next.iter(), next[0].1.max(0.25 * stretch_mm), stretch_mm)?;
-    let bend_deg = (-back).dot(&onward).clamp(-1.0, 1.0).acos().to_degrees();
-    Some((bend_deg, (radius / other).max(other / radius)))
+/// How much of a way is left from its point nearest to a place on, mm.
+fn left_mm(way: &Way, place: &Vec3) -> f64 {
+    let distance = |k: &usize| (way[*k].0 - place).norm();
+    let at = (0..way.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
+    way[at..].windows(2).map(|w| (w[1].0 - w[0].0).norm()).sum()
+}
+
+/// Bend in degrees from the last stretch of a way to the first of another, and the ratio of their thicknesses; none where
+/// the gap between, if longer than two links, lies across them.
+fn fit(way: &Way, next: &Way, pieces: &Pieces) -> Option<(f64, f64)> {
+    let (back, radius) = stretch(way.iter().rev(), 0.0, pieces.smooth_mm)?;
+    // What leaves another root begins within it.
+    let (onward, other) = stretch(next.iter(), next[0].1.max(0.25 * pieces.smooth_mm), pieces.smooth_mm)?;
+    let gap = next[0].0 - way[way.len() - 1].0;
+    let angle_deg = |a: &Vec3, b: &Vec3| (a.dot(b) / (a.norm() * b.norm())).clamp(-1.0, 1.0).acos().to_degrees();
+    let aside = |d: &Vec3| (angle_deg(d, &gap) - 90.0).abs() < 90.0 - MOST_DEG;
+    if gap.norm() > 2.0 * pieces.link_mm && (aside(&back) || aside(&onward)) {
+        return None;
+    }
+    Some((angle_deg(&-back, &onward), (radius / other).max(other / radius)))
 }
 
 /// Direction and median radius over a stretch of points that begins some way on; none without two points there.
