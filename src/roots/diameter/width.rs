@@ -123,3 +123,29 @@ fn lowest(values: &[f64]) -> f64 {
     let bend = a - 2.0 * b + c;
     if bend > 1e-12 && bend.is_finite() { k as f64 + (0.5 * (a - c) / bend).clamp(-0.5, 0.5) } else { k as f64 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::Vec3;
+
+    #[test]
+    fn light_beside_the_line_is_that_beyond_the_background_there() {
+        let bars = Bars::new(0.4, 0.5);
+        for (centre, contrast) in [(3.0, -0.02), (-3.0, 0.02), (0.0, 0.02)] {
+            let pixels = (0..80)
+                .map(|k| {
+                    let x = 0.2 * f64::from(k) - 8.0;
+                    let noise = (f64::from(k) * 12.9898).sin() * 43758.5453 % 1.0;
+                    let [cover, bar, _] = bars.at(x - centre, 2.0);
+                    let behind = 0.3 + 0.01 * x;
+                    (x, behind * (1.0 - cover) + (0.3 + 0.01 * centre + contrast) * bar + 0.001 * noise)
+                })
+                .collect();
+            let profile = Profile { pixels, scale: 2.0, across: Vec3::x() * 2.0, half_px: 8.0 };
+            let found = fit(&profile, centre, 2.0, &bars);
+            assert!((found.light - contrast).abs() < 0.004, "{} for {contrast}", found.light);
+            assert_eq!(shows(&found), contrast > 0.0);
+        }
+    }
+}

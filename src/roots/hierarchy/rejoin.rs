@@ -134,18 +134,18 @@ fn left_mm(way: &Way, place: &Vec3) -> f64 {
 }
 
 /// Bend in degrees from the last stretch of a way to the first of another, and the ratio of their thicknesses; none where
-/// the gap between, if longer than two links, lies across them.
+/// they pass each other by more than a third of `smooth_mm`.
 fn fit(way: &Way, next: &Way, pieces: &Pieces) -> Option<(f64, f64)> {
     let (back, radius) = stretch(way.iter().rev(), 0.0, pieces.smooth_mm)?;
     // What leaves another root begins within it.
     let (onward, other) = stretch(next.iter(), next[0].1.max(0.25 * pieces.smooth_mm), pieces.smooth_mm)?;
     let gap = next[0].0 - way[way.len() - 1].0;
-    let angle_deg = |a: &Vec3, b: &Vec3| (a.dot(b) / (a.norm() * b.norm())).clamp(-1.0, 1.0).acos().to_degrees();
-    let aside = |d: &Vec3| (angle_deg(d, &gap) - 90.0).abs() < 90.0 - MOST_DEG;
-    if gap.norm() > 2.0 * pieces.link_mm && (aside(&back) || aside(&onward)) {
+    let aside_mm = |d: &Vec3| gap.cross(d).norm();
+    if aside_mm(&back).min(aside_mm(&onward)) > pieces.smooth_mm / 3.0 {
         return None;
     }
-    Some((angle_deg(&-back, &onward), (radius / other).max(other / radius)))
+    let bend_deg = (-back).dot(&onward).clamp(-1.0, 1.0).acos().to_degrees();
+    Some((bend_deg, (radius / other).max(other / radius)))
 }
 
 /// Direction and median radius over a stretch of points that begins some way on; none without two points there.

@@ -214,9 +214,16 @@ fn a_root_goes_on_in_a_tip_that_it_meets_and_in_a_lateral_at_its_tip() {
     let met = piece(&[([45.0, 0.0, 31.0], 0.5), ([40.0, 0.0, 48.0], 0.5), ([21.5, 0.0, 50.0], 0.5)]);
     let ties = vec![tie(1, End::First, 0, 20, 0.0), tie(2, End::First, 0, 60, 0.0), tie(3, End::First, 1, 90, 0.5)];
     let system =
-        arrange(&pieces(vec![base.clone(), other, first.clone(), met], ties), &HierarchyParams::default()).unwrap();
+        arrange(&pieces(vec![base.clone(), other.clone(), first.clone(), met], ties), &HierarchyParams::default())
+            .unwrap();
     assert_eq!(system.roots.iter().map(|r| r.root.order).collect::<Vec<_>>(), [0, 1, 1]);
     assert!(system.roots.iter().any(|r| (tip(r) - Vec3::new(45.0, 0.0, 31.0)).norm() < 0.5));
+
+    // Tips that pass each other side by side are two.
+    let aside = piece(&[([45.0, 0.0, 31.0], 0.5), ([40.0, 2.5, 48.0], 0.5), ([19.0, 2.5, 50.0], 0.5)]);
+    let ties = vec![tie(1, End::First, 0, 20, 0.0), tie(2, End::First, 0, 60, 0.0), tie(3, End::First, 1, 90, 0.5)];
+    let all = pieces(vec![base.clone(), other, first, aside], ties);
+    assert_eq!(arrange(&all, &HierarchyParams::default()).unwrap().roots.len(), 4);
 
     let hook = piece(&[([0.0, 0.0, 50.0], 0.5), ([20.0, 0.0, 50.0], 0.5), ([20.5, 2.2, 50.0], 0.5)]);
     let on = piece(&[([20.3, 0.6, 50.2], 0.4), ([40.0, 0.0, 54.0], 0.4)]);
