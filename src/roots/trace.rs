@@ -2,8 +2,9 @@
 //!
 //! Link ([`super::link`]), take doubles away, follow loose ends ([`super::extend`]), pair the ways through crossings
 //! ([`super::crossing`]), bridge gaps ([`super::bridge`]), take doubles away again, part what arches over the crown
-//! ([`super::crown`]); then note how the pieces may hang together: ties from ends onto other pieces ([`super::tie`]), and ends that run out of sight. Which
-//! of these hold is decided once thicknesses are known ([`super::hierarchy`]). Every change against the bare ridge is in the log.
+//! ([`super::crown`]); then note how the pieces may hang together: ties from ends onto other pieces ([`super::tie`]), and ends
+//! that run out of sight. Which of these hold is decided once thicknesses are known ([`super::hierarchy`]). Every change against
+//! the bare ridge is in the log.
 
 use super::bridge::{BridgeParams, Workshop, bridge, drop_doubles};
 use super::crossing::{CrossingParams, resolve};
@@ -241,7 +242,9 @@ fn runs_out_of_sight(piece: usize, strand: &Strand, workshop: &Workshop<'_>, par
         let from = strand.at(strand.end(end));
         let outward = strand.outward(end, params.baseline_mm);
         let below = from.z > middle.z;
-        if if below { outward.z < -0.3 } else { outward.z > 0.3 || strand.at(strand.end(end.other())).z < from.z } {
+        let leaves =
+            if below { outward.z >= -0.3 } else { outward.z <= 0.3 && strand.at(strand.end(end.other())).z >= from.z };
+        if !leaves {
             continue;
         }
         for k in 0..=(params.gap_mm / step) as usize {

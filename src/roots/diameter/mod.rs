@@ -8,10 +8,10 @@
 //! cover(x; w, σ) = ½ [erf((x + w/2) / σ√2) − erf((x − w/2) / σ√2)], bar: the same with light that falls off towards its
 //! limbs ([`bar`]), shade: with one that rises across it
 //!
-//! x counts from the bar's middle. A root hides what is behind it, so its limbs' fall counts against all its light, not against its contrast. Light is that
+//! A root hides what is behind it, so its limbs' fall counts against all its light, not against its contrast. Light is that
 //! along the colour axis on which roots differ from what is behind them.
 //!
-//! x is the pixel's distance across the projected line (px), w the diameter (mm), s the scale across the line (px/mm)
+//! x is the pixel's distance across the projected line (px; from the bar's middle where that is sought beside it), w the diameter (mm), s the scale across the line (px/mm)
 //! from the Jacobian of the refracted projection, σ the point spread (px). a, b, c, d are solved for each photograph
 //! (d: roots are lit from one side); w is common to all photographs: it minimises the sum over
 //! photographs of `n ln RSS(w)` (noise of unknown size), each photograph's rise limited so that no photograph

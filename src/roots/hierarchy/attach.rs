@@ -2,12 +2,11 @@
 
 use super::arborescence::{Edge, arborescence};
 use super::base::upper;
+use super::passing::Passing;
 use super::{HierarchyParams, Line};
-use crate::roots::link::{tree_of, within};
 use crate::roots::repair::{Kind, Repair};
 use crate::roots::strand::End;
 use crate::roots::trace::Pieces;
-use std::collections::BTreeMap;
 
 /// Hanging on nothing: dearer than any tie.
 const NOTHING_MM: f64 = 1e4;
@@ -38,10 +37,11 @@ pub enum Hang {
     Free,
 }
 
-/// Per piece how it hangs.
+/// Per piece how it hangs; `passings` are all that there are among the pieces.
 pub fn attach(
     pieces: &Pieces,
     lines: &[Line<'_>],
+    passings: &[Passing],
     base: usize,
     params: &HierarchyParams,
     log: &mut Vec<Repair>,
@@ -76,22 +76,22 @@ pub fn attach(
         put(crown, piece, NOTHING_MM, Hang::Free);
     }
     // No root passes through another: what seems to, springs there to both sides.
-    let all: Vec<usize> = (0..crown).filter(|&k| k != base).collect();
-    for (a, point, b, other, distance) in crossings(lines, &all, pieces.link_mm) {
-        let (own, parent) = (thickness(&lines[a], point), thickness(&lines[b], other));
-        if distance < parent && parent > THICKER * own {
-            let cost = 0.1 * distance + params.thicker_mm * squared(own / parent) + params.by_body_mm;
-            put(b, a, cost, Hang::On { parent: b, parent_point: other, point });
+    for p in passings.iter().filter(|p| p.piece != base) {
+        let (own, parent) = (thickness(&lines[p.piece], p.point), thickness(&lines[p.other], p.other_point));
+        if p.distance_mm < parent && parent > THICKER * own {
+            let cost = 0.1 * p.distance_mm + params.thicker_mm * squared(own / parent) + params.by_body_mm;
+            put(p.other, p.piece, cost, Hang::On { parent: p.other, parent_point: p.other_point, point: p.point });
         }
     }
     let mut chosen = arborescence(crown + 1, crown, &edges);
-    let free: Vec<usize> =
-        (0..crown).filter(|&k| k != base && chosen[k].is_some_and(|e| matches!(hangs[e], Hang::Free))).collect();
-    let crossings = crossings(lines, &free, pieces.link_mm);
-    if !crossings.is_empty() {
-        for (a, point, b, other, distance) in crossings {
-            let cost = distance + 2.0 * params.by_body_mm;
-            for (child, own, parent, parent_point) in [(a, point, b, other), (b, other, a, point)] {
+    let is_free = |k: usize| k != base && chosen[k].is_some_and(|e| matches!(hangs[e], Hang::Free));
+    let of_free: Vec<&Passing> = passings.iter().filter(|p| is_free(p.piece)).collect();
+    if !of_free.is_empty() {
+        for &&Passing { piece, point, other, other_point, distance_mm } in &of_free {
+            let cost = distance_mm + 2.0 * params.by_body_mm;
+            for (child, own, parent, parent_point) in
+                [(piece, point, other, other_point), (other, other_point, piece, point)]
+            {
                 edges.push(Edge { from: parent, to: child, cost });
                 hangs.push(Hang::On { parent, parent_point, point: own });
             }
@@ -119,34 +119,6 @@ fn squared(ratio: f64) -> f64 {
 fn thickness(line: &Line<'_>, point: usize) -> f64 {
     let [before, behind] = End::BOTH.map(|end| line.beyond(point, end, ABOUT_MM));
     line.typical_radius_mm(before, behind)
-}
-
-/// Where free pieces pass another within its radius and a share of a link: (free piece, point, other, point, distance).
-fn crossings(lines: &[Line<'_>], free: &[usize], link_mm: f64) -> Vec<(usize, usize, usize, usize, f64)> {
-    let places: Vec<(usize, usize)> =
-        lines.iter().enumerate().flat_map(|(n, line)| (0..=line.last()).map(move |k| (n, k))).collect();
-    let positions: Vec<_> = places.iter().map(|&(n, k)| lines[n].at(k)).collect();
-    let thickest = lines.iter().flat_map(|l| &l.piece.root.radii_mm).copied().fold(0.0, f64::max);
-    let tree = tree_of(positions.iter().enumerate());
-    let touch = 0.5 * link_mm;
-    let mut best: BTreeMap<(usize, usize), (usize, usize, f64)> = BTreeMap::new();
-    for &a in free {
-        for point in 0..=lines[a].last() {
-            let p = lines[a].at(point);
-            for n in within(&tree, &p, thickest + touch) {
-                let (b, other) = places[n];
-                let distance = (positions[n] - p).norm();
-                if b == a || distance > lines[b].radius_mm(other) + touch {
-                    continue;
-                }
-                let entry = best.entry((a, b)).or_insert((point, other, distance));
-                if distance < entry.2 {
-                    *entry = (point, other, distance);
-                }
-            }
-        }
-    }
-    best.into_iter().map(|((a, b), (point, other, distance))| (a, point, b, other, distance)).collect()
 }
 
 /// Writes down what was inferred, cut and opened.

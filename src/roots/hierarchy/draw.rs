@@ -81,11 +81,7 @@ fn joined(lines: &[Line<'_>], parts: &[Part], pieces: &Pieces) -> Vec<Point> {
                 piece.confidence[k],
             ]
         };
-        let mut own: Vec<Point> = if part.from <= part.to {
-            (part.from..=part.to).map(point).collect()
-        } else {
-            (part.to..=part.from).rev().map(point).collect()
-        };
+        let mut own: Vec<Point> = part.points().map(point).collect();
         // Within a radius of a junction the ridge belongs to both.
         if n > 0 && own.len() > 2 {
             let radius = own[0][3];

@@ -20,6 +20,7 @@ pub mod arborescence;
 pub mod attach;
 pub mod base;
 pub mod draw;
+pub mod passing;
 pub mod rejoin;
 pub mod support;
 #[cfg(test)]
@@ -40,9 +41,8 @@ pub struct HierarchyParams {
     /// ends where so many show it last.
     pub shown: f64,
     /// A root without laterals stays when the photographs that measure it are on average at least this share of those that
-    /// measure the plant's roots in the median, 0 to 1, points that none measures, the way from the parent among
-    /// them, counting as 0: what only few see past other roots may be their chance
-    /// meeting.
+    /// measure the plant's roots in the median, 0 to 1; points that none measures count as 0, the way from the parent too.
+    /// What only few see past other roots may be their chance meeting.
     pub seen: f64,
     /// Hanging on what is hidden above costs as much as a tie of this cost, mm, 0 to 100; below `by_body_mm` more.
     pub unseen_mm: f64,
@@ -97,9 +97,10 @@ pub fn arrange(pieces: &Pieces, params: &HierarchyParams) -> Result<RootSystem> 
     let mut repairs = pieces.repairs.clone();
     let pieces = &support::supported(pieces, params, &mut repairs);
     let lines: Vec<Line<'_>> = pieces.pieces.iter().map(Line::new).collect();
+    let passings = passing::passings(&lines, pieces.link_mm);
     let grow = |base: usize| {
         let mut log = Vec::new();
-        let hangs = attach::attach(pieces, &lines, base, params, &mut log);
+        let hangs = attach::attach(pieces, &lines, &passings, base, params, &mut log);
         let grown = walk::walk(&lines, base, &hangs, pieces, params);
         (base::weight_mm2(&lines, &grown[0].parts), grown, log)
     };

@@ -62,9 +62,7 @@ fn cut(lines: &[Line<'_>], parts: &mut Vec<Part>, place: &Vec3, most_mm: f64) {
     let (mut way_mm, mut before): (f64, Option<Vec3>) = (0.0, None);
     let mut best: Option<(f64, usize, usize)> = None;
     'back: for (n, part) in parts.iter().enumerate().rev() {
-        let (low, high) = (part.from.min(part.to), part.from.max(part.to));
-        for k in 0..=high - low {
-            let k = if part.from <= part.to { high - k } else { low + k };
+        for k in part.points().rev() {
             let p = lines[part.piece].at(k);
             way_mm += before.map_or(0.0, |b| (p - b).norm());
             before = Some(p);
@@ -92,7 +90,8 @@ fn straightest(grown: &[Grown], ways: &[Way], pieces: &Pieces) -> Option<Join> {
         let touches = |(p, radius): &(Vec3, f64)| (p - tip).norm() - radius <= pieces.link_mm;
         let within = |p: &(Vec3, f64), reach_mm: f64| (p.0 - tip).norm() <= reach_mm;
         for (next, other) in ways.iter().enumerate().filter(|(n, other)| *n != root && other.len() > 1) {
-            if springs_from(grown, root, next) {
+            // A root does not end in what it springs from.
+            if lineage(grown, root).any(|r| r == next) {
                 continue;
             }
             let parent = grown[next].parent.filter(|_| grown[next].tied);
@@ -104,11 +103,11 @@ fn straightest(grown: &[Grown], ways: &[Way], pieces: &Pieces) -> Option<Join> {
                 }
                 _ => false,
             };
-            // What hangs visibly keeps its base.
-            let rank = |r: usize| (r > 0 && !grown[r].tied, grown[r].order, r);
+            // What hangs visibly keeps its base. Orders are not followed up while roots are joined.
+            let rank = |r: usize| (r > 0 && !grown[r].tied, lineage(grown, r).count(), r);
             let head_on = rank(root) < rank(next)
                 && within(&other[other.len() - 1], reach_mm)
-                && !springs_from(grown, next, root);
+                && lineage(grown, next).all(|r| r != root);
             for head_on in [false, true].into_iter().filter(|&h| if h { head_on } else { on }) {
                 let next_way: Way = if head_on { other.iter().rev().copied().collect() } else { other.clone() };
                 let Some((bend_deg, ratio)) = fit(way, &next_way, pieces) else { continue };
@@ -121,9 +120,9 @@ fn straightest(grown: &[Grown], ways: &[Way], pieces: &Pieces) -> Option<Join> {
     best
 }
 
-/// Whether `root` springs from the other one, over however many.
-fn springs_from(grown: &[Grown], root: usize, other: usize) -> bool {
-    std::iter::successors(Some(root), |&r| grown[r].parent).any(|r| r == other)
+/// The root, what it springs from, what that springs from, and so on.
+fn lineage(grown: &[Grown], root: usize) -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(root), |&r| grown[r].parent)
 }
 
 /// How much of a way is left from its point nearest to a place on, mm.

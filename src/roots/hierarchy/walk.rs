@@ -27,6 +27,14 @@ pub struct Part {
     pub to: usize,
 }
 
+impl Part {
+    /// The points run through, in order.
+    pub fn points(self) -> impl DoubleEndedIterator<Item = usize> {
+        let Self { from, to, .. } = self;
+        (0..=from.abs_diff(to)).map(move |k| if from <= to { from + k } else { from - k })
+    }
+}
+
 /// A root before it is drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grown {
@@ -112,17 +120,11 @@ pub fn walk(lines: &[Line<'_>], base: usize, hangs: &[Hang], pieces: &Pieces, pa
 
 /// The points of a way with their radii, mm.
 pub fn places<'a>(lines: &[Line<'_>], parts: impl IntoIterator<Item = &'a Part>) -> Vec<(Vec3, f64)> {
-    let mut points = Vec::new();
-    for part in parts {
+    let of = |part: &'a Part| {
         let line = &lines[part.piece];
-        let mut add = |k: usize| points.push((line.at(k), line.radius_mm(k)));
-        if part.from <= part.to {
-            (part.from..=part.to).for_each(&mut add)
-        } else {
-            (part.to..=part.from).rev().for_each(&mut add)
-        }
-    }
-    points
+        part.points().map(|k| (line.at(k), line.radius_mm(k)))
+    };
+    parts.into_iter().flat_map(of).collect()
 }
 
 impl Walker<'_> {
