@@ -53,7 +53,7 @@ fn true_roots_lie_on_the_photographed_roots() {
     for index in [0, 13] {
         let (file, view) = &views[index];
         let bytes = std::fs::read(folder.join(file)).unwrap();
-        let photograph = photo::undistort(&photo::decode(&bytes, file).unwrap(), &view.lens);
+        let photograph = photo::undistort(&photo::decode(&bytes, file).unwrap().into_picture(), &view.lens);
         let map = ViewMap::new(&view.ideal(), &tank).unwrap();
         let (height, width, _) = photograph.dim();
         let mut painted = photograph.clone();
@@ -105,7 +105,7 @@ fn a_view_fills_the_water_that_it_sees() {
     let folder = folder.join("licorice-sim");
     let (views, tank) = views(&folder);
     let (file, view) = &views[0];
-    let photograph = photo::decode(&std::fs::read(folder.join(file)).unwrap(), file).unwrap();
+    let photograph = photo::decode(&std::fs::read(folder.join(file)).unwrap(), file).unwrap().into_picture();
     let picture = photo::undistort(&photograph, &view.lens);
     let renderer = ViewRenderer::new(view, &tank, &picture, RenderOptions::default()).unwrap();
     let grid = rootvox::volume::Grid::of_tank(&tank, 1.0, 180.0).unwrap();

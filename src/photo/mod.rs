@@ -3,15 +3,19 @@
 pub mod colour;
 pub mod contrast;
 pub mod decode;
-pub mod focal;
+mod foreign;
 pub mod graph_cut;
 pub mod gray;
+mod jpeg_end;
+pub mod metadata;
+pub mod photograph;
 pub mod pyramid;
 pub mod undistort;
 
-pub use decode::decode;
-pub use focal::focal_px;
+pub use decode::{decode, head};
 pub use gray::gray;
+pub use metadata::Metadata;
+pub use photograph::{Depth, Photograph};
 pub use pyramid::Pyramid;
 pub use undistort::undistort;
 

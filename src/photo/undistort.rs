@@ -3,20 +3,20 @@
 //!
 //! Each pixel (u, v) of the result takes the value of the photograph at `lens.pixel(ideal direction)`, by
 //! Catmull-Rom bicubic interpolation (a = -1/2), which keeps thin roots sharper than a bilinear one; results
-//! are rounded to nearest, clamped to 0..255. Beyond the photograph its edge is repeated for the interpolation,
+//! are rounded to nearest, clamped to what the photograph's depth can hold. Beyond the photograph its edge is repeated for the interpolation,
 //! and pixels that fall more than one pixel outside its outermost centres are black: there is nothing to see.
 
-use super::Picture;
+use super::Depth;
 use crate::optics::Lens;
-use ndarray::{ArrayView3, Axis};
+use ndarray::{Array3, ArrayView3, Axis};
 use rayon::prelude::*;
 
 /// The photograph without its lens distortion, of the same size; `lens` is the photograph's own.
 ///
 /// Photographs of another size than the lens's are undistorted as they are, with the same centre and focal
 /// length in px: the caller checks sizes.
-pub fn undistort(photograph: &Picture, lens: &Lens) -> Picture {
-    let mut out = Picture::zeros(photograph.dim());
+pub fn undistort<T: Depth>(photograph: &Array3<T>, lens: &Lens) -> Array3<T> {
+    let mut out = Array3::from_elem(photograph.dim(), T::default());
     let source = photograph.as_standard_layout();
     let source = source.view();
     out.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(v, mut row)| {
@@ -33,7 +33,7 @@ pub fn undistort(photograph: &Picture, lens: &Lens) -> Picture {
 }
 
 /// Catmull-Rom value at (u, v); `None` more than a pixel outside the picture.
-fn bicubic(picture: &ArrayView3<u8>, u: f64, v: f64) -> Option<[u8; 3]> {
+fn bicubic<T: Depth>(picture: &ArrayView3<T>, u: f64, v: f64) -> Option<[T; 3]> {
     let (height, width, _) = picture.dim();
     if !(u >= -1.0 && v >= -1.0 && u <= width as f64 && v <= height as f64) {
         return None;
@@ -50,14 +50,14 @@ fn bicubic(picture: &ArrayView3<u8>, u: f64, v: f64) -> Option<[u8; 3]> {
         if inside {
             let taps = &pixels[3 * (row + u0 as usize)..][..12];
             for c in 0..3 {
-                line[c] = (wu[0] * f32::from(taps[c]) + wu[1] * f32::from(taps[c + 3]))
-                    + (wu[2] * f32::from(taps[c + 6]) + wu[3] * f32::from(taps[c + 9]));
+                line[c] = (wu[0] * f32::from(taps[c].steps()) + wu[1] * f32::from(taps[c + 3].steps()))
+                    + (wu[2] * f32::from(taps[c + 6].steps()) + wu[3] * f32::from(taps[c + 9].steps()));
             }
         } else {
             for (du, &wu) in wu.iter().enumerate() {
                 let column = (u0 + du as isize).clamp(0, width as isize - 1) as usize;
                 for c in 0..3 {
-                    line[c] += wu * f32::from(pixels[3 * (row + column) + c]);
+                    line[c] += wu * f32::from(pixels[3 * (row + column) + c].steps());
                 }
             }
         }
@@ -65,7 +65,7 @@ fn bicubic(picture: &ArrayView3<u8>, u: f64, v: f64) -> Option<[u8; 3]> {
             sum[c] += wv * line[c];
         }
     }
-    Some(sum.map(|value| (value + 0.5).clamp(0.0, 255.0) as u8))
+    Some(sum.map(T::nearest))
 }
 
 /// Weights of the four taps around a position `t` (0..1) past the second.
@@ -80,6 +80,7 @@ fn weights(t: f32) -> [f32; 4] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Picture;
     use super::*;
     use crate::optics::Distortion;
 
@@ -111,6 +112,21 @@ mod tests {
                 assert!(value.abs_diff(want) <= 2, "({u}, {v}, {c}): {value} instead of {want}");
             }
         }
+    }
+
+    #[test]
+    fn sixteen_bits_are_those_of_eight_with_finer_steps() {
+        let bent = lens(Distortion { k1: -0.2, k2: 0.05, p1: 2e-3, p2: -1e-3, k3: 0.0 });
+        let codes = Picture::from_shape_fn((64, 96, 3), |(y, x, c)| (x * 37 + y * 91 + c * 50) as u8);
+        let steps = codes.mapv(|code| 257 * u16::from(code));
+        let (coarse, fine) = (undistort(&codes, &bent), undistort(&steps, &bent));
+        assert!(fine.iter().any(|steps| steps % 257 != 0), "nothing between the codes");
+        for (code, steps) in coarse.iter().zip(&fine) {
+            assert!((f64::from(*code) - f64::from(*steps) / 257.0).abs() <= 0.5 + 0.51 / 257.0, "{code} {steps}");
+        }
+        let plain = lens(Distortion::default());
+        let deep = steps.mapv(|s| s.wrapping_add(101));
+        assert_eq!(undistort(&deep, &plain), deep);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Runs the COLMAP program in a folder of its own and reads what it leaves.
 
+use super::colmap_photos::Photographs;
 use crate::calibration::SparseModel;
 use crate::error::{Error, Result};
 use crate::flow::Progress;
@@ -12,8 +13,8 @@ use std::time::Duration;
 
 /// What COLMAP is given.
 pub(super) struct Job<'a> {
-    /// Bytes of the photographs with their names, in capture order.
-    pub photos: Vec<(String, Vec<u8>)>,
+    /// The photographs.
+    pub handed: &'a Photographs,
     /// Mask as PNG, white where features may be taken.
     pub mask_png: &'a [u8],
     /// Neighbours around the ring that are matched.
@@ -42,11 +43,11 @@ pub(super) fn run(job: &Job, progress: &Progress) -> Result<(SparseModel, String
     }
     let write = |path: &Path, bytes: &[u8]| fs::write(path, bytes).map_err(|e| Error::io("write", path, e));
     // Names of our own: COLMAP's lists are split at blanks, and its order is by name.
-    let mut names = Vec::with_capacity(job.photos.len());
-    for (k, (name, bytes)) in job.photos.iter().enumerate() {
-        let ending = Path::new(name).extension().map_or_else(|| "jpg".into(), |e| e.to_string_lossy().to_lowercase());
-        let own = format!("{k:05}.{ending}");
-        write(&images.join(&own), bytes)?;
+    let photos = &job.handed.photos;
+    let mut names = Vec::with_capacity(photos.len());
+    for (k, photo) in photos.iter().enumerate() {
+        let own = format!("{k:05}.{}", photo.ending);
+        write(&images.join(&own), &photo.bytes)?;
         names.push(own);
     }
     let (database, mask, list) = (at("database.db"), at("mask.png"), at("pairs.txt"));
@@ -75,7 +76,7 @@ pub(super) fn run(job: &Job, progress: &Progress) -> Result<(SparseModel, String
     for step in places.steps() {
         let log = at(&format!("{step}.log"));
         execute(
-            Command::new("colmap").args(arguments(step, &places, job.features, &help(step)?)),
+            Command::new("colmap").args(arguments(step, &places, job.features, job.handed.lens, &help(step)?)),
             step,
             &log,
             progress,
@@ -86,7 +87,7 @@ pub(super) fn run(job: &Job, progress: &Progress) -> Result<(SparseModel, String
     let mut model = to_sparse(&model, Some(&names))?.normalised();
     for view in &mut model.views {
         if let Some(k) = names.iter().position(|n| *n == view.file) {
-            view.file = job.photos[k].0.clone();
+            view.file.clone_from(&photos[k].name);
         }
     }
     Ok((model, program))

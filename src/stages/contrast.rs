@@ -2,6 +2,7 @@
 //! In: photo (undistorted), camera. Out: contrast (y, x, rgb i16, sixteenths of a code), clear (y, x, u8, 1 =
 //! looks into the water), samples (n, rgb f32, codes).
 
+use super::photographs::undistorted;
 use super::three;
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
@@ -30,7 +31,7 @@ impl Stage for Contrast {
     const VERSION: u32 = 1;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
-        let photo = super::read3::<u8>(inputs.one("photo")?, "photo")?;
+        let photo = undistorted(inputs.one("photo")?)?;
         let view: View = inputs.one("camera")?.json("view")?;
         let pixels = contrast(&photo, &view, &self.tank, &self.params)?;
         let stored = pixels.values.mapv(|v| (v * STEPS).round() as i16);

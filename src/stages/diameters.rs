@@ -2,10 +2,11 @@
 //! In: pieces, photos (files) and cameras, each in the same order, axis (the roots' colour axis; gray where there is
 //! none). Out: pieces.json.
 
+use super::photographs::decoded;
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::optics::{Tank, View, ViewMap};
-use crate::photo::{self, colour::GRAY, contrast::axis::ColourAxis};
+use crate::photo::{colour::GRAY, contrast::axis::ColourAxis};
 use crate::roots::Pieces;
 use crate::roots::diameter::profile::Sight;
 use crate::roots::diameter::{DiameterParams, Measurement, measure};
@@ -24,7 +25,7 @@ pub struct Diameters {
 
 impl Stage for Diameters {
     const NAME: &'static str = "diameters";
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
 
     fn peak_bytes(&self) -> u64 {
         // All photographs in linear light, and which roots cover which pixels.
@@ -49,10 +50,7 @@ impl Stage for Diameters {
         let sights: Vec<Sight<'_>> = photos
             .par_iter()
             .zip(&maps)
-            .map(|(file, map)| {
-                let name = file.path("file")?.display().to_string();
-                Ok(Sight::new(map, &photo::decode(&file.bytes("file")?, &name)?, axis))
-            })
+            .map(|(file, map)| Ok(Sight::new(map, &decoded(file)?, axis)))
             .collect::<Result<_>>()?;
         progress.advance(1);
         progress.check()?;

@@ -1,7 +1,7 @@
 //! Draws the extracted roots back onto a photograph, through the refraction.  Paper 2.5, figure 7.
 //! In: photo (undistorted), camera, roots. Out: overlay.jpg.
 
-use super::{extract, read3};
+use super::{extract, photographs};
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::picture;
@@ -36,7 +36,7 @@ impl Stage for Overlay {
     const VERSION: u32 = 3;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
-        let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
+        let photo = photographs::picture(inputs.one("photo")?)?;
         let view: View = inputs.one("camera")?.json("view")?;
         let ideal = view.ideal();
         let map = ViewMap::new(&ideal, &self.tank)?;

@@ -2,12 +2,13 @@
 //! In: sparse, photos (files). Out: cameras (JSON, one entry per photograph), lens (JSON), registration (JSON: quality,
 //! belt points).
 
+use super::photographs::check_size;
 use crate::calibration::{Method, RegisterParams, SparseModel, chamfer, register};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::NamedView;
 use crate::optics::Tank;
-use crate::photo;
+use crate::photo::{self, Metadata};
 use ndarray::Array2;
 use serde::Serialize;
 
@@ -24,7 +25,7 @@ pub struct Pose {
 
 impl Stage for Pose {
     const NAME: &'static str = "pose";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let sparse: SparseModel = inputs.one("sparse")?.json("sparse")?;
@@ -41,16 +42,11 @@ impl Stage for Pose {
             })?;
             let bytes = file.bytes("file")?;
             let photo = photo::decode(&bytes, &view.file)?;
-            let (height, width, _) = photo.dim();
             let lens = &sparse.lens;
-            if (width, height) != (lens.width, lens.height) {
-                return Err(Error::failed(format!(
-                    "photograph `{}` has {width} x {height} px, but the cameras are for {} x {} px",
-                    view.file, lens.width, lens.height
-                ))
-                .help("all photographs of a study come from one camera at one size; do not crop, scale or turn them"));
-            }
-            focal_prior_px = focal_prior_px.or_else(|| photo::focal_px(&bytes, width, height));
+            check_size(&view.file, &bytes, &photo, lens)?;
+            let of_camera = || Metadata::of(&bytes)?.focal_px(lens.width, lens.height);
+            focal_prior_px = focal_prior_px.or_else(of_camera);
+            let photo = photo.into_picture();
             if self.params.method == Method::Chamfer {
                 shrunken.push(chamfer::shrunken(&photo, lens, self.params.chamfer.shrink.clamp(1, 16)));
             }

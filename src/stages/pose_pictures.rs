@@ -29,7 +29,7 @@ pub fn outline_name(photo: &str) -> String {
 
 impl Stage for PosePictures {
     const NAME: &'static str = "pose-pictures";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let registration: Registration = inputs.one("pose")?.json("registration")?;
@@ -42,7 +42,7 @@ impl Stage for PosePictures {
         progress.total(files.len() as u64);
         for (k, (file, view)) in files.iter().zip(&registration.views).enumerate() {
             progress.check()?;
-            let mut picture = photo::decode(&file.bytes("file")?, &self.photos[k])?;
+            let mut picture = photo::decode(&file.bytes("file")?, &self.photos[k])?.into_picture();
             let edges: Vec<_> = registration.edges.iter().filter(|e| e.view == k).cloned().collect();
             outline::draw(&mut picture, view, &self.tank, radius_mm, &edges);
             output.bytes(&outline_name(&self.photos[k]), &picture::jpeg(picture.view(), 90)?)?;

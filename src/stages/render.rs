@@ -2,7 +2,7 @@
 //! In: photo (undistorted), camera. Out: view (z, y, x, rgb + mask u8), I_ijkl of the paper; mask 255 where
 //! the view has evidence, else 0.
 
-use super::read3;
+use super::photographs::picture;
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage, Streamed, store_streamed};
 use crate::optics::{Tank, View};
@@ -50,7 +50,7 @@ impl Render {
     /// # Errors
     /// As the run of the stage.
     pub fn planes(&self, inputs: &Inputs) -> Result<ViewPlanes> {
-        let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
+        let photo = picture(inputs.one("photo")?)?;
         let view: View = inputs.one("camera")?.json("view")?;
         let (renderer, grid) = (ViewRenderer::new(&view, &self.tank, &photo, self.options)?, self.grid);
         Ok(ViewPlanes { grid, render: Box::new(move |planes, out| renderer.render_slab(&grid, planes, out)) })

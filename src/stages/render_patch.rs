@@ -2,8 +2,9 @@
 //! the exact inverse of `render.rs`.  Paper 2.3.2.
 //! In: photo (undistorted), camera, lattice. Out: view, as of `render.rs`.
 
+use super::four;
+use super::photographs::picture;
 use super::render::ViewPlanes;
-use super::{four, read3};
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage, Streamed, store_streamed};
 use crate::optics::{Tank, View};
@@ -44,7 +45,7 @@ impl RenderPatch {
     /// # Errors
     /// As the run of the stage.
     pub fn planes(&self, inputs: &Inputs) -> Result<ViewPlanes> {
-        let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
+        let photo = picture(inputs.one("photo")?)?;
         let view: View = inputs.one("camera")?.json("view")?;
         let lattice = four(inputs.one("lattice")?.array::<f32>("lattice")?.read()?)?;
         let grid = self.grid;

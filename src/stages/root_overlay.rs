@@ -2,7 +2,7 @@
 //! In: photo (undistorted), camera, system. Out: roots.jpg, orders.jpg.
 
 use super::overlay::{QUALITY, seen_at};
-use super::read3;
+use super::photographs;
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::picture;
@@ -28,7 +28,7 @@ impl Stage for RootOverlay {
     const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
-        let photo = read3::<u8>(inputs.one("photo")?, "photo")?;
+        let photo = photographs::picture(inputs.one("photo")?)?;
         let view: View = inputs.one("camera")?.json("view")?;
         let ideal = view.ideal();
         let map = ViewMap::new(&ideal, &self.tank)?;

@@ -4,6 +4,7 @@
 //! Orders, numbers and the frame of COLMAP's model are normalised; for one version on one machine a fixed seed
 //! repeats the model up to the rounding of sums over threads, so that two computations may differ in the last digits.
 
+use super::colmap_photos::Photographs;
 use super::colmap_run::{Job, run};
 use crate::calibration::SparseModel;
 use crate::error::{Error, Result};
@@ -57,13 +58,8 @@ impl Stage for Sfm {
                 files.len()
             )));
         }
-        let photos = self
-            .photos
-            .iter()
-            .zip(files)
-            .map(|(name, f)| Ok((name.clone(), f.bytes("file")?)))
-            .collect::<Result<Vec<_>>>()?;
-        let n = photos.len();
+        let handed = Photographs::of(&self.photos, inputs)?;
+        let n = files.len();
         let mask_png = inputs.one("mask")?.bytes("mask.png")?;
         let plain = Features { affine: false, seed: self.params.seed };
         let affine = Features { affine: true, ..plain };
@@ -71,7 +67,7 @@ impl Stage for Sfm {
             0 => [(n.div_ceil(6) + 2, plain), (n.div_ceil(4) + 1, affine)],
             given => [(given, plain), (given, affine)],
         };
-        let mut job = Job { photos, mask_png: &mask_png, neighbours: 0, features: plain, known: None };
+        let mut job = Job { handed: &handed, mask_png: &mask_png, neighbours: 0, features: plain, known: None };
         let mut found = None;
         for (neighbours, features) in attempts {
             (job.neighbours, job.features) = (neighbours, features);

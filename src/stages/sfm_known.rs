@@ -4,6 +4,7 @@
 //!
 //! A COLMAP model brings its points; for other files the COLMAP program triangulates some between the known poses.
 
+use super::colmap_photos::Photographs;
 use super::colmap_run::{Job, run};
 use super::sfm::{SfmParams, check_registered};
 use crate::error::{Error, Result};
@@ -48,13 +49,12 @@ impl Stage for SfmKnown {
             output.json("program", &"none")?;
             return output.json("sparse", &known.normalised());
         }
-        let photos = self.photos.iter().zip(inputs.many("photos"));
-        let photos = photos.map(|(name, f)| Ok((name.clone(), f.bytes("file")?))).collect::<Result<Vec<_>>>()?;
-        let n = photos.len();
+        let handed = Photographs::of(&self.photos, inputs)?;
+        let n = handed.photos.len();
         let mask_png = inputs.one("mask")?.bytes("mask.png")?;
         let neighbours = if self.params.neighbours == 0 { n.div_ceil(6) + 2 } else { self.params.neighbours };
         let features = Features { affine: n < 20, seed: self.params.seed };
-        let job = Job { photos, mask_png: &mask_png, neighbours, features, known: Some(&known) };
+        let job = Job { handed: &handed, mask_png: &mask_png, neighbours, features, known: Some(&known) };
         let (sparse, program) = run(&job, progress)?;
         if sparse.points.len() < 30 {
             return Err(Error::failed(format!("only {} points fit the camera file's poses", sparse.points.len()))

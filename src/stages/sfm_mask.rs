@@ -1,6 +1,7 @@
 //! Finds the printed belts in what changes from photograph to photograph.  Paper 2.2.1.
 //! In: photos (files), given (at most one file: a mask by hand). Out: mask (y, x; 255 where features may be taken), mask.png, deviation.png (spread over the photographs).
 
+use super::photographs::{check_one_size, decoded};
 use crate::calibration::masks::{MaskParams, Spread, belts};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
@@ -19,20 +20,25 @@ pub struct SfmMask {
 
 impl Stage for SfmMask {
     const NAME: &'static str = "sfm-mask";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let photos = inputs.many("photos");
         progress.total(photos.len() as u64);
         let mut spread: Option<Spread> = None;
+        let mut sizes = Vec::new();
         for file in photos {
             progress.check()?;
-            let name = file.path("file")?.display().to_string();
-            let gray = photo::gray(&photo::decode(&file.bytes("file")?, &name)?);
+            let gray = photo::gray(&decoded(file)?.into_picture());
             let (h, w) = gray.dim();
-            spread.get_or_insert_with(|| Spread::new(h, w)).add(gray.view()).map_err(|e| e.at(format!("`{name}`")))?;
+            sizes.push((file.path("file")?.display().to_string(), (w, h)));
+            // All that differ are named below.
+            if (w, h) == sizes[0].1 {
+                spread.get_or_insert_with(|| Spread::new(h, w)).add(gray.view())?;
+            }
             progress.advance(1);
         }
+        check_one_size(&sizes)?;
         let deviation = spread.ok_or_else(|| Error::failed("there are no photographs"))?.deviation();
         // Twice the spread, so that a random print of full contrast is white.
         let shown = deviation.mapv(|d| (2.0 * d).min(255.0) as u8);
@@ -54,7 +60,7 @@ impl Stage for SfmMask {
 /// The mask that a picture shows: what is lighter than middle gray.
 fn given(file: &Artefact, size: (usize, usize)) -> Result<Array2<bool>> {
     let name = file.path("file")?.display().to_string();
-    let mask = photo::gray(&photo::decode(&file.bytes("file")?, &name)?).mapv(|x| x > 127);
+    let mask = photo::gray(&decoded(file)?.into_picture()).mapv(|x| x > 127);
     let ((h, w), (height, width)) = (mask.dim(), size);
     if mask.dim() != size {
         return Err(Error::failed(format!("the mask `{name}` has {w} x {h} px, the photographs {width} x {height}"))

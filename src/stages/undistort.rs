@@ -1,10 +1,12 @@
-//! Decodes a photograph and undoes the lens distortion.  Paper 2.2.1.
-//! In: photo (file), lens. Out: photo (y, x, rgb u8, sRGB as photographed).
+//! Decodes a photograph, turns it upright and undoes the lens distortion.  Paper 2.2.1.
+//! In: photo (file), lens. Out: photo (y, x, rgb, sRGB as photographed; u8, or u16 where the photograph has more than 8
+//! bits).
 
-use crate::error::{Error, Result};
+use super::photographs::check_size;
+use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::optics::Lens;
-use crate::photo;
+use crate::photo::{self, Photograph, undistort};
 use serde::Serialize;
 
 /// The photograph an ideal lens would have taken.
@@ -13,21 +15,19 @@ pub struct Undistort {}
 
 impl Stage for Undistort {
     const NAME: &'static str = "undistort";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let file = inputs.one("photo")?;
         let name = file.path("file")?.display().to_string();
         let lens: Lens = inputs.one("lens")?.json("lens")?;
-        let photograph = photo::decode(&file.bytes("file")?, &name)?;
-        let (height, width, _) = photograph.dim();
-        if (width, height) != (lens.width, lens.height) {
-            return Err(Error::failed(format!(
-                "photograph `{name}` has {width} x {height} px, but the cameras are for {} x {} px",
-                lens.width, lens.height
-            ))
-            .help("all photographs of a study come from one camera at one size; do not crop, scale or turn them"));
+        let bytes = file.bytes("file")?;
+        let photograph = photo::decode(&bytes, &name)?;
+        check_size(&name, &bytes, &photograph, &lens)?;
+        let axes = ["y", "x", "c"];
+        match photograph {
+            Photograph::Eight(codes) => output.array("photo", undistort(&codes, &lens).view().into_dyn(), &axes),
+            Photograph::Sixteen(steps) => output.array("photo", undistort(&steps, &lens).view().into_dyn(), &axes),
         }
-        output.array("photo", photo::undistort(&photograph, &lens).view().into_dyn(), &["y", "x", "c"])
     }
 }

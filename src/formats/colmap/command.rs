@@ -42,8 +42,9 @@ pub struct Features {
     pub seed: u32,
 }
 
-/// Arguments of one of [`Places::steps`]; `help` is what `colmap STEP -h` prints.
-pub fn arguments(step: &str, places: &Places, features: Features, help: &str) -> Vec<OsString> {
+/// Arguments of one of [`Places::steps`]; `lens` (focal length, centre in px, radial distortion) is where to begin where
+/// the photographs themselves do not tell; `help` is what `colmap STEP -h` prints.
+pub fn arguments(step: &str, places: &Places, features: Features, lens: Option<[f64; 4]>, help: &str) -> Vec<OsString> {
     let mut args: Vec<OsString> = vec![step.into()];
     let mut add = |names: &[&str], value: OsString| {
         // Options that no known name fits are left at the program's default.
@@ -59,6 +60,9 @@ pub fn arguments(step: &str, places: &Places, features: Features, help: &str) ->
             add(&["image_path"], places.images.into());
             add(&["ImageReader.camera_model"], "SIMPLE_RADIAL".into());
             add(&["ImageReader.single_camera"], "1".into());
+            if let Some(lens) = lens {
+                add(&["ImageReader.camera_params"], lens.map(|value| value.to_string()).join(",").into());
+            }
             add(&["ImageReader.camera_mask_path"], places.mask.into());
             add(&["FeatureExtraction.use_gpu", "SiftExtraction.use_gpu"], "0".into());
             if features.affine {
@@ -126,9 +130,18 @@ mod tests {
         let plain = Features { affine: false, seed: 1 };
         let old = "--database_path arg\n --SiftExtraction.use_gpu arg (=1)";
         let new = "--database_path arg\n --FeatureExtraction.use_gpu arg (=1)";
-        assert!(text(&arguments("feature_extractor", &places, plain, old)).contains("--SiftExtraction.use_gpu 0"));
-        assert!(text(&arguments("feature_extractor", &places, plain, new)).contains("--FeatureExtraction.use_gpu 0"));
-        assert!(!text(&arguments("feature_extractor", &places, plain, old)).contains("mask"));
+        assert!(
+            text(&arguments("feature_extractor", &places, plain, None, old)).contains("--SiftExtraction.use_gpu 0")
+        );
+        assert!(
+            text(&arguments("feature_extractor", &places, plain, None, new)).contains("--FeatureExtraction.use_gpu 0")
+        );
+        assert!(!text(&arguments("feature_extractor", &places, plain, None, old)).contains("mask"));
+        let help = "--ImageReader.camera_params arg";
+        let lens = Some([1500.5, 960.0, 640.0, 0.0]);
+        let args = text(&arguments("feature_extractor", &places, plain, lens, help));
+        assert!(args.contains("--ImageReader.camera_params 1500.5,960,640,0"), "{args}");
+        assert!(!text(&arguments("feature_extractor", &places, plain, None, help)).contains("camera_params"));
     }
 
     #[test]

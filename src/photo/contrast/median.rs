@@ -1,23 +1,24 @@
 //! Median of the clear pixels in a square window, by a running histogram (Huang 1979).
 
+use crate::photo::Depth;
 use ndarray::{Array2, ArrayView2, Axis};
 use rayon::prelude::*;
 
 /// At every pixel of which the window (half width `radius`, cut at the picture's border) holds a clear
-/// pixel: the median of the clear ones, between codes by the share of the middle code (so that steps
-/// of one code do not show); NaN elsewhere.
-pub fn median(codes: ArrayView2<u8>, clear: ArrayView2<bool>, radius: usize) -> Array2<f32> {
-    let (height, width) = codes.dim();
+/// pixel: the median of the clear ones in steps of their depth, between steps by the share of the middle one (so that
+/// single steps do not show); NaN elsewhere.
+pub fn median<T: Depth>(values: ArrayView2<T>, clear: ArrayView2<bool>, radius: usize) -> Array2<f32> {
+    let (height, width) = values.dim();
     let mut out = Array2::from_elem((height, width), f32::NAN);
     out.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(y, mut row)| {
         let rows = y.saturating_sub(radius)..(y + radius + 1).min(height);
-        let mut window = Window { bins: [0; 256], count: 0, middle: 0, below: 0 };
+        let mut window = Window { bins: vec![0; usize::from(T::GREATEST) + 1], count: 0, middle: 0, below: 0 };
         for x in 0..width + radius {
             if x < width {
-                rows.clone().filter(|&y| clear[[y, x]]).for_each(|y| window.add(codes[[y, x]]));
+                rows.clone().filter(|&y| clear[[y, x]]).for_each(|y| window.add(values[[y, x]].steps()));
             }
             if let Some(gone) = x.checked_sub(2 * radius + 1) {
-                rows.clone().filter(|&y| clear[[y, gone]]).for_each(|y| window.remove(codes[[y, gone]]));
+                rows.clone().filter(|&y| clear[[y, gone]]).for_each(|y| window.remove(values[[y, gone]].steps()));
             }
             if let Some(centre) = x.checked_sub(radius).filter(|_| window.count > 0) {
                 row[centre] = window.median();
@@ -28,24 +29,24 @@ pub fn median(codes: ArrayView2<u8>, clear: ArrayView2<bool>, radius: usize) -> 
 }
 
 struct Window {
-    bins: [u32; 256],
+    bins: Vec<u32>,
     count: u32,
-    /// The median's code as of the last question, and how many codes lie below it.
+    /// The median's step as of the last question, and how many values lie below it.
     middle: usize,
     below: u32,
 }
 
 impl Window {
-    fn add(&mut self, code: u8) {
-        self.bins[usize::from(code)] += 1;
+    fn add(&mut self, step: u16) {
+        self.bins[usize::from(step)] += 1;
         self.count += 1;
-        self.below += u32::from(usize::from(code) < self.middle);
+        self.below += u32::from(usize::from(step) < self.middle);
     }
 
-    fn remove(&mut self, code: u8) {
-        self.bins[usize::from(code)] -= 1;
+    fn remove(&mut self, step: u16) {
+        self.bins[usize::from(step)] -= 1;
         self.count -= 1;
-        self.below -= u32::from(usize::from(code) < self.middle);
+        self.below -= u32::from(usize::from(step) < self.middle);
     }
 
     fn median(&mut self) -> f32 {
@@ -53,7 +54,7 @@ impl Window {
             self.middle -= 1;
             self.below -= self.bins[self.middle];
         }
-        while 2 * (self.below + self.bins[self.middle]) <= self.count && self.middle < 255 {
+        while 2 * (self.below + self.bins[self.middle]) <= self.count && self.middle + 1 < self.bins.len() {
             self.below += self.bins[self.middle];
             self.middle += 1;
         }
@@ -66,34 +67,40 @@ impl Window {
 mod tests {
     use super::*;
 
-    #[test]
-    fn equals_sorting_the_window() {
+    /// The medians of noise in the depth `T`, held against sorting.
+    fn equals_sorting<T: Depth>(value: impl Fn(u32) -> T) {
         let mut state = 5u32;
         let mut next = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 24) as u8
+            state
         };
-        let codes = Array2::from_shape_simple_fn((13, 17), || next() / 8 + 90);
-        let clear = Array2::from_shape_simple_fn((13, 17), || next() > 120);
+        let values = Array2::from_shape_simple_fn((13, 17), || value(next()));
+        let clear = Array2::from_shape_simple_fn((13, 17), || next() >> 24 > 120);
         for radius in [0, 1, 3, 20] {
-            let got = median(codes.view(), clear.view(), radius);
+            let got = median(values.view(), clear.view(), radius);
             for y in 0..13usize {
                 for x in 0..17usize {
-                    let mut window: Vec<u8> = codes
+                    let mut window: Vec<u16> = values
                         .indexed_iter()
                         .filter(|((v, u), _)| v.abs_diff(y) <= radius && u.abs_diff(x) <= radius && clear[[*v, *u]])
-                        .map(|(_, &c)| c)
+                        .map(|(_, c)| c.steps())
                         .collect();
                     window.sort_unstable();
                     if window.is_empty() {
                         assert!(got[[y, x]].is_nan());
                     } else {
-                        // Within half a code of a middle value.
+                        // Within half a step of a middle value.
                         let (a, b) = (window[(window.len() - 1) / 2], window[window.len() / 2]);
                         assert!(got[[y, x]] >= f32::from(a) - 0.5 && got[[y, x]] <= f32::from(b) + 0.5);
                     }
                 }
             }
         }
+    }
+
+    #[test]
+    fn equals_sorting_the_window() {
+        equals_sorting(|bits| (bits >> 27) as u8 + 90);
+        equals_sorting(|bits| (bits >> 16) as u16);
     }
 }

@@ -17,10 +17,10 @@ pub mod clear;
 pub mod feature;
 mod median;
 
-use super::Picture;
+use super::{Depth, Photograph};
 use crate::error::{Error, Result};
 use crate::optics::{Tank, View};
-use ndarray::{Array2, Array3, Axis, Zip};
+use ndarray::{Array2, Array3, ArrayView2, Axis, Zip};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -80,11 +80,18 @@ pub struct Contrast {
 /// Half the number of blocks across the window.
 const HALF_WINDOW: usize = 8;
 
-/// Contrast of an undistorted photograph.
+/// Contrast of an undistorted photograph, in the photograph's own depth.
 ///
 /// # Errors
 /// Where a parameter is out of range or the photograph is not of the lens's size.
-pub fn contrast(photo: &Picture, view: &View, tank: &Tank, params: &ContrastParams) -> Result<Contrast> {
+pub fn contrast(photo: &Photograph, view: &View, tank: &Tank, params: &ContrastParams) -> Result<Contrast> {
+    match photo {
+        Photograph::Eight(codes) => contrast_in(codes, view, tank, params),
+        Photograph::Sixteen(steps) => contrast_in(steps, view, tank, params),
+    }
+}
+
+fn contrast_in<T: Depth>(photo: &Array3<T>, view: &View, tank: &Tank, params: &ContrastParams) -> Result<Contrast> {
     params.check()?;
     let (height, width, _) = photo.dim();
     if (height, width) != (view.lens.height, view.lens.width) {
@@ -102,13 +109,14 @@ pub fn contrast(photo: &Picture, view: &View, tank: &Tank, params: &ContrastPara
     let planes: Vec<Array2<f32>> = (0..3usize)
         .into_par_iter()
         .map(|c| {
-            let codes = photo.index_axis(Axis(2), c);
-            let (means, known) = block_means(codes, &clear, block);
-            let background = median::median(means.view(), known.view(), radius);
+            let values = photo.index_axis(Axis(2), c);
+            let (means, known) = block_means(values, &clear, block);
+            let per_code = f32::from(T::STEPS);
+            let background = median::median(means.view(), known.view(), radius) / per_code;
             let mut plane = Array2::zeros((height, width));
             for ((y, x), value) in plane.indexed_iter_mut() {
                 if clear[[y, x]] {
-                    *value = f32::from(codes[[y, x]]) - between(&background, y, x, block);
+                    *value = f32::from(values[[y, x]].steps()) / per_code - between(&background, y, x, block);
                 }
             }
             plane
@@ -129,24 +137,24 @@ pub fn contrast(photo: &Picture, view: &View, tank: &Tank, params: &ContrastPara
     Ok(Contrast { values, clear })
 }
 
-/// Mean code of the clear pixels of every block, and whether a block has any.
-fn block_means(codes: ndarray::ArrayView2<u8>, clear: &Array2<bool>, block: usize) -> (Array2<u8>, Array2<bool>) {
-    let (height, width) = codes.dim();
+/// Mean of the clear pixels of every block, to the nearest step, and whether a block has any.
+fn block_means<T: Depth>(values: ArrayView2<T>, clear: &Array2<bool>, block: usize) -> (Array2<T>, Array2<bool>) {
+    let (height, width) = values.dim();
     let shape = (height.div_ceil(block), width.div_ceil(block));
-    let mut means = Array2::zeros(shape);
+    let mut means = Array2::from_elem(shape, T::default());
     let mut known = Array2::from_elem(shape, false);
     for ((by, bx), mean) in means.indexed_iter_mut() {
-        let (mut sum, mut count) = (0u32, 0u32);
+        let (mut sum, mut count) = (0u64, 0u64);
         for y in by * block..((by + 1) * block).min(height) {
             for x in bx * block..((bx + 1) * block).min(width) {
                 if clear[[y, x]] {
-                    sum += u32::from(codes[[y, x]]);
+                    sum += u64::from(values[[y, x]].steps());
                     count += 1;
                 }
             }
         }
         if let Some(rounded) = (sum + count / 2).checked_div(count) {
-            *mean = rounded as u8;
+            *mean = T::nearest(rounded as f32);
             known[[by, bx]] = true;
         }
     }

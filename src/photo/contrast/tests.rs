@@ -2,6 +2,7 @@ use super::axis::{Learned, samples};
 use super::feature::{ZERO, feature};
 use super::*;
 use crate::optics::{Distortion, Index, Lens, Mat3, Vec3};
+use crate::photo::Picture;
 
 fn tank() -> Tank {
     Tank {
@@ -68,7 +69,15 @@ fn the_room_vanishes_and_roots_of_any_colour_stand_out() {
         let shots: Vec<_> = (1..4).map(|seed| photograph(root, seed, true)).collect();
         let contrasts: Vec<Contrast> = shots
             .iter()
-            .map(|(p, _)| contrast(p, &view, &tank, &ContrastParams { blur_mm: 1.0, ..Default::default() }).unwrap())
+            .map(|(p, _)| {
+                contrast(
+                    &Photograph::Eight(p.clone()),
+                    &view,
+                    &tank,
+                    &ContrastParams { blur_mm: 1.0, ..Default::default() },
+                )
+                .unwrap()
+            })
             .collect();
         let axis = Learned::new(contrasts.iter().flat_map(samples)).unwrap();
         assert!(axis.contrast > 5.0, "{root:?}: {axis:?}");
@@ -97,8 +106,10 @@ fn the_room_vanishes_and_roots_of_any_colour_stand_out() {
 #[test]
 fn without_roots_the_axis_is_gray() {
     let shots = [photograph([0.0; 3], 9, false).0];
-    let contrasts: Vec<_> =
-        shots.iter().map(|p| contrast(p, &view(), &tank(), &ContrastParams::default()).unwrap()).collect();
+    let contrasts: Vec<_> = shots
+        .iter()
+        .map(|p| contrast(&Photograph::Eight(p.clone()), &view(), &tank(), &ContrastParams::default()).unwrap())
+        .collect();
     let axis = Learned::new(contrasts.iter().flat_map(samples)).unwrap();
     assert!(axis.share < 1e-3, "{axis:?}");
     let ratio = axis.axis.weights[1] / axis.axis.weights[0];
@@ -107,8 +118,32 @@ fn without_roots_the_axis_is_gray() {
 
 #[test]
 fn bad_input_is_refused() {
-    let small = Picture::zeros((10, 10, 3));
+    let small = Photograph::Eight(Picture::zeros((10, 10, 3)));
     assert!(contrast(&small, &view(), &tank(), &ContrastParams::default()).unwrap_err().message.contains("10 x 10"));
     let faults = ContrastParams { window_mm: 0.0, blur_mm: f64::NAN, ..Default::default() }.check().unwrap_err();
     assert_eq!(faults.others.len(), 1);
+}
+
+#[test]
+fn sixteen_bits_show_contrast_that_eight_lose() {
+    let (view, tank) = (view(), tank());
+    let params = ContrastParams { blur_mm: 0.0, ..Default::default() };
+    let (codes, _) = photograph([60.0, 55.0, 45.0], 3, true);
+    let coarse = contrast(&Photograph::Eight(codes.clone()), &view, &tank, &params).unwrap();
+    let same = contrast(&Photograph::Sixteen(codes.mapv(|c| 257 * u16::from(c))), &view, &tank, &params).unwrap();
+    // The same values but for the finer steps of the background.
+    assert_eq!(coarse.clear, same.clear);
+    assert!(coarse.values.iter().zip(&same.values).all(|(a, b)| (a - b).abs() < 1.0));
+    // A line a fifth of a code brighter than an even room.
+    let line = |y: usize| y == 80;
+    let steps = |y, most: f32| if line(y) { most * 100.2 / 255.0 } else { most * 100.0 / 255.0 };
+    let deep = Array3::from_shape_fn((160, 240, 3), |(y, _, _)| steps(y, 65535.0).round() as u16);
+    let flat = Array3::from_shape_fn((160, 240, 3), |(y, _, _)| steps(y, 255.0).round() as u8);
+    let fine = contrast(&Photograph::Sixteen(deep), &view, &tank, &params).unwrap();
+    let lost = contrast(&Photograph::Eight(flat), &view, &tank, &params).unwrap();
+    for ((y, x), _) in fine.clear.indexed_iter().filter(|(_, clear)| **clear) {
+        let want = if line(y) { 0.2 } else { 0.0 };
+        assert!((fine.values[[y, x, 1]] - want).abs() < 0.01, "{y} {x}: {}", fine.values[[y, x, 1]]);
+        assert!(lost.values[[y, x, 1]].abs() < 0.01);
+    }
 }

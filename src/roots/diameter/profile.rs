@@ -4,8 +4,8 @@ use super::DiameterParams;
 use super::clutter::Clutter;
 use super::track::{Beads, Track};
 use crate::optics::{Vec3, ViewMap};
-use crate::photo::{Picture, colour};
-use ndarray::{Array2, Axis};
+use crate::photo::{Depth, Photograph, colour};
+use ndarray::{Array2, Array3, Axis};
 
 /// A pixel position: x = column u, y = row v.
 pub type Pixel = nalgebra::Vector2<f64>;
@@ -28,20 +28,11 @@ impl<'a> Sight<'a> {
     /// `photograph` as taken, `map` for the lens that took it, `axis` the weights of the photograph's codes that tell roots
     /// from what is behind them. Light is linear, since blur is; a channel counts with the weight of its codes at its
     /// mean.
-    pub fn new(map: &'a ViewMap, photograph: &Picture, axis: [f64; 3]) -> Self {
-        let linear: Vec<f32> = (0..256).map(|c| colour::linear_of_srgb(c as f32 / 255.0)).collect();
-        let (height, width, _) = photograph.dim();
-        let mut weights = [0, 1, 2].map(|c| {
-            let codes: u64 = photograph.index_axis(Axis(2), c).iter().map(|&x| u64::from(x)).sum();
-            let mean = (codes / (height * width).max(1) as u64).clamp(1, 254) as usize;
-            axis[c] / f64::from(linear[mean + 1] - linear[mean - 1])
-        });
-        let sum: f64 = weights.iter().map(|w| w.abs()).sum();
-        weights.iter_mut().for_each(|w| *w /= sum.max(1e-300));
-        let weights = weights.map(|w| w as f32);
-        let light = Array2::from_shape_fn((height, width), |(v, u)| {
-            (0..3).map(|c| weights[c] * linear[usize::from(photograph[[v, u, c]])]).sum::<f32>()
-        });
+    pub fn new(map: &'a ViewMap, photograph: &Photograph, axis: [f64; 3]) -> Self {
+        let light = match photograph {
+            Photograph::Eight(codes) => light(codes, axis),
+            Photograph::Sixteen(steps) => light(steps, axis),
+        };
         Self { map, light }
     }
 
@@ -60,6 +51,24 @@ impl<'a> Sight<'a> {
         };
         Some(Jacobian::from_columns(&[column(0)?, column(1)?, column(2)?]))
     }
+}
+
+/// Linear light along the axis, whose weights are those of codes.
+fn light<T: Depth>(photograph: &Array3<T>, axis: [f64; 3]) -> Array2<f32> {
+    let (code, most) = (usize::from(T::STEPS), usize::from(T::GREATEST));
+    let linear: Vec<f32> = (0..=most).map(|v| colour::linear_of_srgb(v as f32 / most as f32)).collect();
+    let (height, width, _) = photograph.dim();
+    let mut weights = [0, 1, 2].map(|c| {
+        let steps: u64 = photograph.index_axis(Axis(2), c).iter().map(|x| u64::from(x.steps())).sum();
+        let mean = (steps as usize / (height * width).max(1)).clamp(code, most - code);
+        axis[c] / f64::from(linear[mean + code] - linear[mean - code])
+    });
+    let sum: f64 = weights.iter().map(|w| w.abs()).sum();
+    weights.iter_mut().for_each(|w| *w /= sum.max(1e-300));
+    let weights = weights.map(|w| w as f32);
+    Array2::from_shape_fn((height, width), |(v, u)| {
+        (0..3).map(|c| weights[c] * linear[usize::from(photograph[[v, u, c]].steps())]).sum::<f32>()
+    })
 }
 
 /// The light about a stretch of root in one photograph.
