@@ -56,7 +56,7 @@ impl Run {
         }
         let store = self.store.open()?;
         let (targets, threads) = (batch.targets(), self.machine.threads());
-        let watch = Watch::new(&batch.graph, &store, &targets, batch.names(), threads, self.trace.trace.clone())?;
+        let watch = Watch::new(&batch, &store, &targets, threads, self.trace.trace.clone())?;
         let outcome = Engine::new(&store)
             .threads(threads)
             .memory_bytes(self.machine.memory_bytes())

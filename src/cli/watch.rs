@@ -3,8 +3,9 @@
 use super::progress::Display;
 use super::trace::Trace;
 use crate::error::Result;
-use crate::flow::{Event, Graph, NodeId, Remaining};
+use crate::flow::{Event, NodeId, Remaining};
 use crate::store::Store;
+use crate::study::batch::Batch;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -25,18 +26,22 @@ struct State<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// A watch over a run of `targets` whose nodes are called `names`; with `trace`, the trace is written there.
+    /// A watch over a run of `targets`, which begins with what is to be said of the studies; with `trace`, the trace is
+    /// written there.
     ///
     /// # Errors
     /// Where the trace cannot be written.
     pub fn new(
-        graph: &'a Graph,
+        batch: &'a Batch,
         store: &'a Store,
         targets: &[NodeId],
-        names: Vec<String>,
         threads: usize,
         trace: Option<PathBuf>,
     ) -> Result<Self> {
+        for note in batch.notes() {
+            eprintln!("note: {note}");
+        }
+        let (graph, names) = (&batch.graph, batch.names());
         let trace = trace.map(|path| Trace::new(path, names.clone())).transpose()?;
         let remaining = Remaining::new(graph, store, targets, threads);
         Ok(Self { display: Display::new(names), state: Mutex::new(State { remaining, trace, estimated: None }) })

@@ -10,6 +10,7 @@ mod jpeg_end;
 pub mod metadata;
 pub mod photograph;
 pub mod pyramid;
+pub mod sequence;
 pub mod undistort;
 
 pub use decode::{decode, head};

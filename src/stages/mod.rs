@@ -36,6 +36,7 @@ pub mod sight;
 pub mod slices;
 pub mod spread;
 pub mod suppress;
+pub mod survey;
 pub mod trace;
 pub mod traits;
 pub mod undistort;

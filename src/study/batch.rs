@@ -163,6 +163,12 @@ impl Batch {
         self.studies.iter().flat_map(Study::targets).collect()
     }
 
+    /// What a person should know of how the settings were understood, each once.
+    pub fn notes(&self) -> BTreeSet<&str> {
+        let settings = self.studies.iter().flat_map(|study| &study.points).filter_map(|p| p.planned.as_ref().ok());
+        settings.flat_map(|(settings, _)| settings.notes.iter().map(String::as_str)).collect()
+    }
+
     /// A name for each node, unlike that of any other: its label and, where not all points share it, whose it is:
     /// `extract [2]`, `rootness [1-4]`, `render/003.jpg [every-ray]`.
     pub fn names(&self) -> Vec<String> {

@@ -39,10 +39,12 @@ use crate::stages::sight::Sight;
 use crate::stages::slices::Slices;
 use crate::stages::spread::Spread;
 use crate::stages::suppress::Suppress;
+use crate::stages::survey::Survey;
 use crate::stages::trace::Trace;
 use crate::stages::traits::Traits;
 use crate::stages::undistort::Undistort;
 use crate::stages::volume::Volume;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Adds the nodes that make of every undistorted photograph its contrast along the roots' colour axis.
@@ -64,18 +66,16 @@ fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> (Vec<NodeId>,
 /// Adds the study to the graph.
 ///
 /// # Errors
-/// Where two photographs have one name.
+/// Where two photographs have one name but for its ending.
 pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
+    let mut survey_node = None;
     let (photos, files, cameras, calibration, truth) = match &s.source {
         Source::Files(paths) => {
             let names: Vec<String> = paths
                 .iter()
                 .map(|p| p.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default())
                 .collect();
-            if let Some(twice) = names.iter().enumerate().find_map(|(n, a)| names[..n].contains(a).then_some(a)) {
-                return Err(Error::usage(format!("photos.images finds two photographs named `{twice}`"))
-                    .help("give each photograph of a study a name of its own"));
-            }
+            check_names(&names)?;
             let files: Vec<NodeId> =
                 names.iter().zip(paths).map(|(n, p)| graph.file(&format!("photo/{n}"), p)).collect();
             let (cameras, calibration) = match (s.cameras.source, s.cameras.frame) {
@@ -90,6 +90,9 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
                 (CameraSource::Sfm, _) => registered(graph, s, &names, &files, None),
             };
             let truth = s.truth.roots.as_ref().map(|r| graph.file("truth", s.input_dir.join(r)));
+            let has_camera_file = s.cameras.source == CameraSource::File;
+            let survey = Survey { photos: names.clone(), has_camera_file };
+            survey_node = Some(graph.add("survey", survey, &[("photos", &files)]));
             (names, files, cameras, calibration, truth)
         }
         Source::Simulated(simulate) => {
@@ -197,6 +200,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     Ok(StudyNodes {
         photos,
         photo_nodes: files,
+        survey: survey_node,
         cameras,
         calibration,
         extract,
@@ -284,6 +288,21 @@ fn spread(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, traits: NodeI
         draws.push(reconstruct(graph, s, &half, &format!("/half-{}", n + 1)).traits);
     }
     Ok(Some(graph.add("spread", Spread {}, &[("traits", &[traits][..]), ("draws", &draws)])))
+}
+
+/// Fails where two photographs would have one name in the results.
+fn check_names(names: &[String]) -> Result<()> {
+    let stem = |name: &str| name.rsplit_once('.').map_or(name, |(stem, _)| stem).to_owned();
+    let mut known: BTreeMap<String, &String> = BTreeMap::new();
+    for name in names {
+        if let Some(first) = known.insert(stem(name), name) {
+            let message = format!("photos.images finds two photographs named `{}`: `{first}` and `{name}`", stem(name));
+            return Err(Error::usage(message).help(
+                "give each photograph of a study a name of its own; of two formats of one photograph, let the pattern name one",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The parts of the camera file.

@@ -26,7 +26,8 @@ pub struct Photos {
     /// Folder that the other input paths of the study start from; relative to the study file (or to
     /// the working folder when given by `--set`).
     pub dir: String,
-    /// Pattern of the photographs (`*` and `?`), sorted by name with numbers in numeric order.
+    /// Pattern of the photographs (`*` and `?`; the ending in either case), sorted by name with numbers in numeric order.
+    /// What operating systems leave in folders is left out: hidden files, `Thumbs.db`, `desktop.ini`.
     pub images: String,
     /// With cameras from the photographs: a picture of their size, white where features may be taken, relative to `dir`;
     /// the printed belts are looked for when absent.
@@ -261,66 +262,9 @@ pub struct Truth {
     pub z_max: Option<f64>,
 }
 
-/// The photographs that `photos.images` names, in capture order.
-///
-/// # Errors
-/// A pattern that is none, a folder that is missing, or no photograph found.
-pub fn find_photographs(input_dir: &Path, photos: &Photos) -> Result<Vec<PathBuf>> {
-    if !input_dir.is_dir() {
-        return Err(Error::usage(format!("photos.dir: there is no folder `{}`", input_dir.display()))
-            .help("name the folder of the capture: --set photos.dir=PATH"));
-    }
-    let pattern = input_dir.join(&photos.images).display().to_string();
-    let found = glob::glob(&pattern)
-        .map_err(|e| Error::usage(format!("photos.images: `{}` is no pattern: {e}", photos.images)))?;
-    let mut paths = Vec::new();
-    for entry in found {
-        let path = entry.map_err(|e| Error::io("read", e.path(), e.error()))?;
-        if path.is_file() {
-            paths.push(path);
-        }
-    }
-    if paths.is_empty() {
-        return Err(Error::usage(format!("photos.images: no photograph matches `{pattern}`"))
-            .help("give the pattern of your photographs, relative to photos.dir, such as images = \"*.png\""));
-    }
-    paths.sort_by_key(|p| natural(&p.display().to_string()));
-    Ok(paths)
-}
-
-/// Key under which `img2` comes before `img10`.
-fn natural(name: &str) -> Vec<(u64, String)> {
-    let mut parts = Vec::new();
-    let mut text = String::new();
-    let mut chars = name.chars().peekable();
-    while let Some(&c) = chars.peek() {
-        if c.is_ascii_digit() {
-            let mut number = 0_u64;
-            while let Some(d) = chars.peek().and_then(|c| c.to_digit(10)) {
-                number = number.saturating_mul(10).saturating_add(u64::from(d));
-                chars.next();
-            }
-            parts.push((u64::MAX, std::mem::take(&mut text)));
-            parts.push((number, String::new()));
-        } else {
-            text.push(c);
-            chars.next();
-        }
-    }
-    parts.push((u64::MAX, text));
-    parts
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_sort_as_numbers() {
-        let mut names = ["img10.jpg", "img2.jpg", "img1.jpg"];
-        names.sort_by_key(|n| natural(n));
-        assert_eq!(names, ["img1.jpg", "img2.jpg", "img10.jpg"]);
-    }
 
     #[test]
     fn everything_missing_of_a_tank_is_said_at_once() {
@@ -351,12 +295,5 @@ mod tests {
         assert_eq!(truth.resolve(&assumed).unwrap(), Tank { wall_mm: 4.0, ..assumed.clone() });
         let none = TrueTank { radius: Some(-1.0), ..TrueTank::default() };
         assert!(none.resolve(&assumed).unwrap_err().to_string().contains("simulate.tank"));
-    }
-
-    #[test]
-    fn an_empty_folder_is_said_to_hold_no_photograph() {
-        let dir = tempfile::tempdir().unwrap();
-        let e = find_photographs(dir.path(), &Photos::default()).unwrap_err();
-        assert!(e.message.contains("no photograph matches"), "{e}");
     }
 }

@@ -20,6 +20,8 @@ pub struct StudyNodes {
     pub photos: Vec<String>,
     /// The photographs themselves.
     pub photo_nodes: Vec<NodeId>,
+    /// What they say of themselves, where they are files.
+    pub survey: Option<NodeId>,
     /// Lens and poses.
     pub cameras: NodeId,
     /// How they were found, where the photographs gave them.
@@ -54,7 +56,7 @@ impl StudyNodes {
     /// The nodes of the numbers: what a point of a sweep is compared by.
     pub fn numbers(&self) -> Vec<NodeId> {
         let truth = self.score.into_iter().chain(self.camera_errors);
-        [self.cameras, self.extract].into_iter().chain(self.slices).chain(truth).collect()
+        [self.cameras, self.extract].into_iter().chain(self.survey).chain(self.slices).chain(truth).collect()
     }
 
     /// The nodes of what is measured on traced roots.

@@ -1,9 +1,9 @@
 //! A study as its file says it, checked: every section typed, every default written out.
 
+use super::clean_path::clean;
 use super::document::{Document, Resolved, Sources, note};
-use super::inputs::{
-    CameraSource, Cameras, GridSection, Photos, StudySection, TankSection, TrueTank, Truth, find_photographs,
-};
+use super::inputs::{CameraSource, Cameras, GridSection, Photos, StudySection, TankSection, TrueTank, Truth};
+use super::photographs::{self, Found};
 use super::render::RenderSection;
 use crate::calibration::RegisterParams;
 use crate::calibration::masks::MaskParams;
@@ -131,6 +131,8 @@ pub struct Settings {
     pub report: ReportSection,
     /// `[truth]`.
     pub truth: Truth,
+    /// What a person should know of how the settings were understood.
+    pub notes: Vec<String>,
     /// Every value that counted, by section and key, as TOML.
     pub resolved: Resolved,
 }
@@ -245,12 +247,13 @@ impl Settings {
         }
         let mut resolved = file.finish(SECTIONS)?;
 
-        let input_dir = origin.base.join(&photos.dir);
+        let input_dir = clean(&origin.base.join(&photos.dir));
         // A folder that is not there is told of before the files in it.
-        let files = if simulated { Vec::new() } else { find_photographs(&input_dir, &photos)? };
+        let found = if simulated { Found::default() } else { photographs::find(&input_dir, &photos)? };
+        let notes = found.note().into_iter().collect();
         let tank = tank.resolve(&input_dir)?;
         let true_tank = simulate.tank.resolve(&tank)?;
-        let source = if simulated { Source::Simulated(Box::new(simulate)) } else { Source::Files(files) };
+        let source = if simulated { Source::Simulated(Box::new(simulate)) } else { Source::Files(found.paths) };
         note(&mut resolved, "tank", &TankSection::from(&tank))?;
         resolved.retain(|name, _| simulated || !name.starts_with("simulate."));
         let depth_mm = grid.depth.unwrap_or_else(|| tank.floor_mm());
@@ -285,6 +288,7 @@ impl Settings {
             overlay,
             report,
             truth,
+            notes,
             resolved,
         })
     }

@@ -6,6 +6,7 @@ mod care;
 mod explain;
 mod figure6;
 mod kill;
+mod photos;
 mod reruns;
 mod runs;
 mod simulation;
