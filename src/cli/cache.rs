@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::store::care::Collect;
 use crate::store::{Key, Store};
 use clap::{Args, Subcommand};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -94,7 +94,11 @@ impl Cache {
     pub fn run(&self) -> Result<()> {
         match &self.action {
             Action::Ls { store, stage } => {
-                for listed in store.existing()?.list()? {
+                let listed = store.existing()?.list()?;
+                if let Some(stage) = stage {
+                    check_stage(stage, listed.iter().map(|listed| listed.manifest.stage.as_str()).collect())?;
+                }
+                for listed in listed {
                     let m = &listed.manifest;
                     if stage.as_ref().is_none_or(|s| *s == m.stage) {
                         let size = if m.is_virtual { "no values".into() } else { human_bytes(m.bytes()) };
@@ -160,6 +164,16 @@ impl Cache {
         }
         Ok(())
     }
+}
+
+/// Fails where the store holds no node of that stage.
+fn check_stage(stage: &str, held: BTreeSet<&str>) -> Result<()> {
+    if held.contains(stage) {
+        return Ok(());
+    }
+    let held: Vec<&str> = held.into_iter().collect();
+    let held = if held.is_empty() { "no nodes at all".into() } else { format!("nodes of {}", held.join(", ")) };
+    Err(Error::usage(format!("the store holds no node of a stage `{stage}`")).help(format!("it holds {held}")))
 }
 
 /// What the studies reach; says so where that is not known to the end.

@@ -1,11 +1,13 @@
 //! `rootvox run`: bring a study up to date.
 
-use super::options::{MachineOptions, StoreOptions, StudyOptions, TraceOptions};
+use super::options::{MachineOptions, StoreOptions, StudyOptions, TraceOptions, human_bytes, machine_memory};
 use super::watch::Watch;
 use crate::error::{Error, Result};
 use crate::evaluation::Score;
 use crate::flow::{Engine, Report};
+use crate::store::Store;
 use crate::study::batch::{Batch, Study};
+use crate::study::cost::{Cost, Verdict};
 use crate::study::sweep_results::Swept;
 use crate::study::{folder, results};
 use clap::Args;
@@ -38,6 +40,9 @@ pub struct Run {
     /// Of a sweep, print the point that is best by this column of sweep.csv, such as f1_1mm or rms_mm.
     #[arg(long, value_name = "COLUMN")]
     best: Option<String>,
+    /// Run even what would take over 8 hours or more memory than the machine has.
+    #[arg(long)]
+    yes: bool,
 }
 
 impl Run {
@@ -56,6 +61,7 @@ impl Run {
         }
         let store = self.store.open()?;
         let (targets, threads) = (batch.targets(), self.machine.threads());
+        self.forecast(&batch, &store)?;
         let watch = Watch::new(&batch, &store, &targets, threads, self.trace.trace.clone())?;
         let outcome = Engine::new(&store)
             .threads(threads)
@@ -83,6 +89,36 @@ impl Run {
         }
         let mut seen = BTreeSet::new();
         Error::many(faults.into_iter().filter(|e| seen.insert(e.message.clone())).collect())
+    }
+
+    /// Tells of a long run before it starts, and refuses one that can hardly be meant.
+    fn forecast(&self, batch: &Batch, store: &Store) -> Result<()> {
+        let (threads, machine_bytes) = (self.machine.threads(), machine_memory().map_or(u64::MAX, |(total, _)| total));
+        // What the store has is looked up only where it matters.
+        let mut cost = Cost::of(batch, None);
+        if cost.verdict(threads, machine_bytes) != Verdict::Run {
+            let plan = Engine::new(store).status(&batch.graph, &batch.targets())?;
+            cost = Cost::of(batch, Some(&plan));
+        }
+        let text = format!(
+            "this takes about {:.1} hours on {threads} threads, {} of memory and {} of the store; the largest grid holds \
+             {} million voxels",
+            cost.seconds(threads) / 3600.0,
+            human_bytes(cost.memory_bytes),
+            human_bytes(cost.store_bytes),
+            cost.voxels / 1_000_000
+        );
+        match cost.verdict(threads, machine_bytes) {
+            Verdict::Refuse if !self.yes => {
+                Err(Error::usage(format!("{text}; the machine has {}", human_bytes(machine_bytes)))
+                    .help("raise grid.spacing, lower grid.depth, or add --yes to run it all the same"))
+            }
+            Verdict::Run => Ok(()),
+            Verdict::Announce | Verdict::Refuse => {
+                eprintln!("note: {text}");
+                Ok(())
+            }
+        }
     }
 
     fn results(&self, batch: &Batch, study: &Study, report: &Report) -> Result<()> {

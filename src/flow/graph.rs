@@ -149,6 +149,12 @@ impl Graph {
         }
     }
 
+    /// The nodes that feed a port, in order; none where there is no such port.
+    pub fn inputs(&self, node: NodeId, port: &str) -> &[NodeId] {
+        let found = self.nodes[node.0].ports.iter().find(|(name, _)| name == port);
+        found.map_or(&[], |(_, inputs)| inputs)
+    }
+
     /// The node labelled `label`; where several are, the first.
     pub fn find(&self, label: &str) -> Result<NodeId> {
         let found = self.nodes.iter().position(|node| node.label == label);

@@ -125,9 +125,16 @@ fn is_complete(target: &Path) -> bool {
 
 /// Puts the fresh folder in the target's place.
 fn swap_in(fresh: tempfile::TempDir, target: &Path) -> Result<()> {
-    let fresh = fresh.keep();
-    let aside = fresh.with_extension("old");
     let had = target.exists();
+    if had {
+        let blocked = |e| Error::io("replace", target, e).help("give yourself the right to write there and run again");
+        make_removable(target).map_err(blocked)?;
+    }
+    let fresh = fresh.keep();
+    // Names of studies may hold dots.
+    let mut aside = fresh.clone().into_os_string();
+    aside.push(".old");
+    let aside = PathBuf::from(aside);
     let swapped = (if had { fs::rename(target, &aside) } else { Ok(()) }).and_then(|()| fs::rename(&fresh, target));
     if let Err(e) = swapped {
         // Back to where we were.
@@ -139,6 +146,25 @@ fn swap_in(fresh: tempfile::TempDir, target: &Path) -> Result<()> {
     }
     if had {
         let _ = fs::remove_dir_all(&aside);
+    }
+    Ok(())
+}
+
+/// Gives the owner of a folder the right to take everything out of it: what is moved aside must not stay there.
+fn make_removable(folder: &Path) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = fs::metadata(folder)?.permissions().mode();
+        if mode & 0o700 != 0o700 {
+            fs::set_permissions(folder, fs::Permissions::from_mode(mode | 0o700))?;
+        }
+    }
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if entry.file_type()?.is_dir() {
+            make_removable(&entry.path())?;
+        }
     }
     Ok(())
 }
@@ -157,4 +183,27 @@ fn copy(from: &Path, to: &Path) -> Result<()> {
         fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
     }
     fs::copy(from, to).map(|_| ()).map_err(|e| Error::io("write", to, e))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::PermissionsExt;
+
+    #[test]
+    fn results_that_are_read_only_are_replaced_and_nothing_stays_behind() {
+        let dir = tempfile::tempdir().unwrap();
+        let target = dir.path().join("plant.v2");
+        fs::create_dir_all(target.join("overlays/deep")).unwrap();
+        fs::write(target.join("overlays/deep/a.jpg"), "old").unwrap();
+        for folder in ["overlays/deep", "overlays", ""] {
+            fs::set_permissions(target.join(folder), fs::Permissions::from_mode(0o555)).unwrap();
+        }
+        let fresh = tempfile::Builder::new().prefix(".plant.v2-").tempdir_in(dir.path()).unwrap();
+        fs::write(fresh.path().join("new"), "new").unwrap();
+        swap_in(fresh, &target).unwrap();
+        let names = |at: &Path| -> Vec<_> { fs::read_dir(at).unwrap().map(|e| e.unwrap().file_name()).collect() };
+        assert_eq!(names(dir.path()), ["plant.v2"]);
+        assert_eq!(names(&target), ["new"]);
+    }
 }

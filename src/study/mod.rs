@@ -2,6 +2,7 @@
 
 pub mod batch;
 mod clean_path;
+pub mod cost;
 pub mod crate_metadata;
 pub mod document;
 pub mod folder;

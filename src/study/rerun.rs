@@ -23,7 +23,7 @@ pub fn batch(lock: &Lock, path: &Path, photos_dir: Option<&str>) -> Result<Batch
     let mut plan = |text: Option<String>| -> Result<_> {
         let text = text.ok_or_else(|| Error::usage("its settings were at fault"))?;
         let sources = Sources::new(&path.display().to_string(), &text, &overrides)?;
-        let settings = Settings::read(Document::parse(&sources)?, &origin)?;
+        let settings = Settings::read(Document::parse(&sources)?, &origin).map_err(here)?;
         let nodes = graph::add(&mut graph, &settings)?;
         Ok((settings, nodes))
     };
@@ -42,6 +42,14 @@ pub fn batch(lock: &Lock, path: &Path, photos_dir: Option<&str>) -> Result<Batch
     let (name, parameters, fastest) = (lock.study.clone(), lock.parameters.clone(), points.len());
     let study = Study { name, parameters, fastest, traits, points };
     Ok(Batch { graph, studies: vec![study] })
+}
+
+/// The settings are the lock's: only the folder can be another.
+fn here(mut error: Error) -> Error {
+    if error.message.starts_with("photos.") {
+        error.help = Some("name the folder of the capture: --photos-dir DIR".into());
+    }
+    error
 }
 
 /// How a rerun compares with its lock.

@@ -4,6 +4,9 @@ use crate::error::{Error, Result};
 use crate::optics::{Tank, Vec3};
 use serde::{Deserialize, Serialize};
 
+/// Finer spacings than this, mm, are mistakes in any tank.
+pub(super) const FINEST_MM: f64 = 1e-3;
+
 /// A regular grid of cubic voxels in the tank frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
@@ -33,12 +36,10 @@ impl Grid {
         }
         let half = (tank.inner_radius_mm() / spacing_mm + 1e-9).floor();
         let depth = (depth_mm / spacing_mm + 1e-9).floor().max(1.0);
-        if (2.0 * half + 1.0).powi(2) * depth > f64::from(u32::MAX) {
-            return Err(Error::usage(format!(
-                "grid of {depth:.0} x {0:.0} x {0:.0} voxels is too fine",
-                2.0 * half + 1.0
-            ))
-            .help("raise grid.spacing; under 0.1 mm no photograph carries the detail"));
+        let voxels = (2.0 * half + 1.0).powi(2) * depth;
+        if spacing_mm < FINEST_MM || voxels > f64::from(u32::MAX) {
+            return Err(Error::usage(format!("grid.spacing = {spacing_mm:?} mm is too fine: {voxels:.1e} voxels"))
+                .help("raise it, or lower grid.depth; under 0.1 mm no photograph carries the detail"));
         }
         let across = 2 * half as usize + 1;
         Ok(Self {
@@ -87,7 +88,8 @@ mod tests {
             (0.0, 180.0, "grid.spacing"),
             (-1.0, 180.0, "grid.spacing"),
             (1.0, 1e9, "grid.depth"),
-            (0.01, 180.0, "fine"),
+            (0.01, 180.0, "grid.spacing = 0.01 mm is too fine: 5.2e12"),
+            (1e-300, 180.0, "grid.spacing = 1e-300 mm is too fine"),
         ] {
             let error = Grid::of_tank(&tank, spacing, depth).unwrap_err();
             assert!(error.message.contains(named) && error.help.is_some(), "{}", error.message);

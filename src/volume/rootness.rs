@@ -5,6 +5,7 @@
 //! and with it its scale and its tangent, the eigenvector of λ1. Rootness has the unit of the volume.
 //! Where the volume is unknown, rootness is NaN, the tangent zero.
 
+use super::grid::FINEST_MM;
 use super::hessian::{self, Hessian, Planes, Row, Scratch};
 use super::sato::Sato;
 use crate::error::{Error, Result};
@@ -52,14 +53,13 @@ impl Rootness {
         if self.sigma.is_empty() || self.sigma.len() > 255 {
             faults.push(Error::usage("rootness.sigma names no scale, or over 255").help("give one or several, in mm"));
         }
-        for &sigma in &self.sigma {
-            // A spacing that is none is told of by the grid.
-            if spacing_mm > 0.0 && !(0.4..=20.0).contains(&(sigma / spacing_mm)) {
-                faults.push(
-                    Error::usage(format!("rootness.sigma holds {sigma} mm, {:.2} voxels", sigma / spacing_mm))
-                        .help("a scale lies between 0.4 and 20 voxels; change it or grid.spacing"),
-                );
-            }
+        // A spacing that is none, or makes no grid, is told of by the grid.
+        let is_odd = |sigma: &&f64| spacing_mm >= FINEST_MM && !(0.4..=20.0).contains(&(*sigma / spacing_mm));
+        for sigma in self.sigma.iter().filter(is_odd) {
+            faults.push(
+                Error::usage(format!("grid.spacing = {spacing_mm} mm does not suit rootness.sigma = {sigma} mm"))
+                    .help("a scale lies between 0.4 and 20 voxels: change grid.spacing or the scale"),
+            );
         }
         faults.extend(self.sato().check().err());
         Error::many(faults)

@@ -3,10 +3,12 @@
 
 use super::capture::Capture;
 use std::fs;
+use std::time::Duration;
 
 /// Runs the study, expects the exit code and all the words in the message, no panic, and no results.
 fn refused(capture: &Capture, more: &[&str], code: i32, words: &[&str]) {
-    let output = capture.run(more).output().expect("runs");
+    // What is refused is refused at once.
+    let output = capture.run(more).timeout(Duration::from_secs(120)).output().expect("runs");
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{text}");
     // Long messages are wrapped: compare without the breaks.
@@ -180,9 +182,31 @@ fn options_that_cannot_be_meant_are_refused_before_anything_runs() {
 #[test]
 fn grids_out_of_reason_are_refused() {
     let capture = Capture::new();
-    refused(&capture, &["--set", "grid.spacing=0.0001"], 2, &["grid"]);
-    refused(&capture, &["--set", "grid.spacing=-1"], 2, &["grid.spacing"]);
-    refused(&capture, &["--set", "grid.depth=inf"], 2, &["grid.depth"]);
+    for (set, words) in [
+        ("grid.spacing=0.0001", ["grid.spacing = 0.0001 mm is too fine", "raise it"]),
+        ("grid.spacing=1e-300", ["grid.spacing = 1e-300 mm is too fine", "raise it"]),
+        ("grid.spacing=-1", ["grid.spacing is -1 mm", "positive length"]),
+        ("grid.spacing=0", ["grid.spacing is 0 mm", "positive length"]),
+        ("grid.spacing=100", ["grid.spacing = 100 mm does not suit rootness.sigma = 1 mm", "0.4 and 20 voxels"]),
+        ("grid.depth=inf", ["grid.depth", "`inf` is not a finite number"]),
+        ("grid.depth=1e9", ["grid.depth is 1000000000 mm, the tank 70 mm high", "leave it out"]),
+        ("grid.depth=0", ["grid.depth is 0 mm", "positive length"]),
+    ] {
+        refused(&capture, &["--set", set], 2, &words);
+        let output = capture.run(&["--set", set]).output().expect("runs");
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(text.matches("error:").count(), 1, "{set}: {text}");
+    }
+}
+
+#[test]
+fn studies_that_can_hardly_be_meant_are_refused_before_anything_runs() {
+    let capture = Capture::new();
+    // Days of one thread: 200 times 0.9 thousand million voxels.
+    let sweep = "sweep.merge.tolerance={ from = 0.001, to = 0.2, count = 200 }";
+    let endless = ["--threads", "1", "--set", "grid.spacing=0.06", "--set", sweep];
+    refused(&capture, &endless, 2, &["hours on 1 threads", "grid.spacing", "--yes"]);
+    assert!(!capture.path("cache/v1/nodes/undistort").exists(), "something ran");
 }
 
 #[test]

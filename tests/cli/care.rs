@@ -98,6 +98,20 @@ fn a_store_that_is_not_there_is_neither_made_nor_guessed() {
     assert!(!capture.path("images/v1").exists());
 }
 
+#[test]
+fn a_stage_that_the_store_does_not_hold_is_told_with_those_it_does() {
+    let capture = Capture::new();
+    capture.run(&[]).assert().success();
+    let (code, text) = cache(&capture, &["ls", "--stage", "merge"]);
+    assert_eq!((code, text.lines().count()), (Some(0), 1), "{text}");
+    let (code, text) = cache(&capture, &["ls", "--stage", "nope"]);
+    assert_eq!(code, Some(2), "{text}");
+    assert!(
+        text.contains("no node of a stage `nope`") && text.contains("merge, ") && text.contains("undistort"),
+        "{text}"
+    );
+}
+
 /// The program as a user who may read but not write the lab's store, whoever runs the tests.
 #[cfg(unix)]
 #[test]

@@ -136,7 +136,8 @@ fn names_and_times_that_disagree_are_warned_of() {
         save_png(pixels, taken(&format!("2024:05:01 12:00:{second}")), path);
     });
     let text = done(&capture, &[]);
-    let warned = "warning: survey: names and times disagree: `005.png` (2024-05-01 12:00:30) was taken before `004.png`";
+    let warned =
+        "warning: survey: names and times disagree: `005.png` (2024-05-01 12:00:30) was taken before `004.png`";
     assert_eq!(text.matches("names and times").count(), 1, "{text}");
     assert!(text.contains(warned), "{text}");
     let page = fs::read_to_string(capture.path("results/tiny/report.html")).expect("can read");

@@ -42,6 +42,17 @@ fn a_lock_is_repeated_bit_for_bit_in_an_empty_store_at_any_thread_count() {
 }
 
 #[test]
+fn a_folder_that_is_not_the_captures_is_told_of_with_the_option_that_rerun_takes() {
+    let capture = Capture::new();
+    capture.run(&[]).assert().success();
+    for dir in ["nowhere", "results"] {
+        let (code, text) = rerun(&capture, &["--photos-dir", dir]);
+        assert_eq!(code, Some(2), "{text}");
+        assert!(text.contains("--photos-dir DIR") && text.contains(dir) && !text.contains("--set"), "{text}");
+    }
+}
+
+#[test]
 fn what_changed_since_is_named() {
     let capture = Capture::new();
     capture.run(&[]).assert().success();
