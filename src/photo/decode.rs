@@ -171,6 +171,9 @@ mod tests {
             let Photograph::Sixteen(deep) = decode(&bytes, "a").unwrap() else { panic!() };
             assert!(deep.iter().eq(&values));
         }
+        let bright: DynamicImage = ImageBuffer::<Rgb<f32>, Vec<f32>>::from_pixel(4, 4, Rgb([0.25, 1.5, -1.0])).into();
+        let Photograph::Sixteen(bright) = decode(&encoded(&bright, ImageFormat::Tiff), "a").unwrap() else { panic!() };
+        assert_eq!([bright[[0, 0, 0]], bright[[0, 0, 1]], bright[[0, 0, 2]]], [16_384, 65_535, 0]);
     }
 
     #[test]
