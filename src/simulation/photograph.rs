@@ -7,7 +7,6 @@
 
 use super::bvh::Tubes;
 use super::noise::{hash, normal_pair};
-use super::room::Stand;
 use super::scene::Scene;
 use super::walk::{Kind, Sample, Walker};
 use crate::optics::Vec3;
@@ -39,7 +38,7 @@ impl Scene {
         if blur_px > 0.0 {
             light = blurred(&light, width, height, blur_px);
         }
-        let gain = (self.params.exposure_drift * normal_pair(hash(self.seed, &[31, view as u64])).0).exp();
+        let gain = &self.gains[view];
         let table = Encoder::new();
         let mut pixels = vec![0u8; width * height * 3];
         pixels.par_chunks_mut(width * 3).enumerate().for_each(|(y, row)| {
@@ -48,7 +47,7 @@ impl Scene {
                 let (a, b) = normal_pair(bits);
                 let (c, _) = normal_pair(bits ^ 0x5555_5555_5555_5555);
                 for (k, noise) in [a, b, c].into_iter().enumerate() {
-                    let grey = table.grey(f64::from(light[(y * width + x) * 3 + k]) * gain);
+                    let grey = table.grey(f64::from(light[(y * width + x) * 3 + k]) * gain[k]);
                     pixel[k] = (grey + self.params.noise_sigma * noise).round().clamp(0.0, 255.0) as u8;
                 }
             }
@@ -60,10 +59,10 @@ impl Scene {
     /// Light of the rows from `first` on, linear.
     fn expose(&self, index: usize, tubes: &Tubes, first: usize, rows: &mut [f32]) {
         let view = &self.views[index];
-        let stand = Stand::of(view);
         let width = view.lens.width;
-        let sample =
-            |u: f64, v: f64, reach: f64| Walker::new(self, tubes, &stand, reach).sample(&view.ray_in_tank(u, v));
+        let sample = |u: f64, v: f64, reach: f64| {
+            Walker::new(self, tubes, &self.stands[index], reach).sample(&view.ray_in_tank(u, v))
+        };
         let corners = |y: usize| -> Vec<Sample> {
             (0..=width).map(|x| sample(x as f64 - 0.5, y as f64 - 0.5, self.reach_mm)).collect()
         };

@@ -1,13 +1,22 @@
 //! What stands around the tank: the room (which stands still with the camera), the lamps, the table top.
 //!
-//! Directions of the room are given in the level frame of the camera: x to the right, y away from the
-//! camera, z down. The room is a far sphere (1.5 m) with a gradient and blotches; where a ray leaves the
-//! tank its end on that sphere is looked up, so that direct, refracted and mirrored views agree.
+//! Directions of the room are given in its own frame ([`Stand`]): x to the right of the camera, y away from it, z down. A
+//! plain room is a far sphere (1.5 m) with a gradient and blotches; where a ray leaves the tank its end on that
+//! sphere is looked up, so that direct, refracted and mirrored views agree. A furnished room is a box about a metre away
+//! ([`Furniture`]) under the same gradient, blotches and glow.
+
+mod furniture;
+mod stand;
+mod wall;
+
+pub use furniture::RoomParams;
+pub use stand::Stand;
 
 use super::CaptureParams;
 use super::noise;
-use crate::optics::{Mat3, Vec3, View};
+use crate::optics::{Tank, Vec3};
 use crate::photo::colour::linear_of_srgb;
+use furniture::Furniture;
 
 /// Distance of the room's walls, mm.
 const FAR_MM: f64 = 1500.0;
@@ -20,10 +29,10 @@ pub struct Room {
     base: Vec3,
     variation: f64,
     waves: [(Vec3, f64, f64); 3],
-    lamp: Vec3,
     lamp_level: f64,
     front_level: f64,
     ambient: f64,
+    furniture: Option<Furniture>,
 }
 
 /// Linear light of an sRGB colour.
@@ -31,66 +40,54 @@ pub fn linear_rgb(srgb: [f64; 3]) -> Vec3 {
     Vec3::from(srgb.map(|c| f64::from(linear_of_srgb(c as f32))))
 }
 
-/// A view's stand in the room.
-#[derive(Debug, Clone)]
-pub struct Stand {
-    /// Camera centre in the tank frame, mm.
-    pub centre_mm: Vec3,
-    /// Turns tank directions into the camera's level frame.
-    pub level_from_tank: Mat3,
-}
-
-impl Stand {
-    /// Where that view's camera stands.
-    pub fn of(view: &View) -> Self {
-        let forward = view.rotation.row(2).transpose();
-        // A camera that looks straight down has no "away": any will do.
-        let away = Vec3::new(forward.x, forward.y, 0.0).try_normalize(1e-9).unwrap_or_else(Vec3::x);
-        let right = away.cross(&Vec3::z()) * -1.0;
-        Self {
-            centre_mm: view.centre_in_tank(),
-            level_from_tank: Mat3::from_rows(&[right.transpose(), away.transpose(), Vec3::z().transpose()]),
-        }
-    }
-}
-
 impl Room {
-    /// The room of a capture.
-    pub fn new(params: &CaptureParams, seed: u64) -> Self {
+    /// The room of a capture whose cameras stand there.
+    pub fn new(params: &CaptureParams, tank: &Tank, stands: &[Stand], seed: u64) -> Self {
         let wave = |i: u64| {
             let value = |j: u64| noise::uniform(noise::hash(seed, &[77, i, j]));
             let direction = Vec3::new(value(0) - 0.5, value(1) - 0.5, value(2) - 0.5).normalize();
             (direction * (3.0 + 3.0 * i as f64), value(3) * std::f64::consts::TAU, 0.5 / (i + 1) as f64)
         };
+        let base = linear_rgb(params.background_rgb);
         Self {
-            base: linear_rgb(params.background_rgb),
+            base,
             variation: params.background_variation,
             waves: [wave(0), wave(1), wave(2)],
-            lamp: Vec3::from(params.lamp_direction).normalize(),
             lamp_level: params.lamp_level,
             front_level: params.front_level,
             ambient: params.ambient,
+            furniture: Furniture::new(&params.room, base, tank, stands, seed),
         }
     }
 
     /// Light that comes from the room along `-direction` to `from_mm` (tank frame).
     pub fn light(&self, stand: &Stand, from_mm: &Vec3, direction: &Vec3) -> Vec3 {
-        let far = stand.level_from_tank * (from_mm - stand.centre_mm + direction * FAR_MM);
-        let q = far / far.norm();
-        let blotches: f64 = self.waves.iter().map(|(k, phase, strength)| strength * (k.dot(&q) + phase).sin()).sum();
+        let Some(furniture) = &self.furniture else {
+            let far = stand.room_from_tank * (from_mm - stand.origin_mm + direction * FAR_MM);
+            return self.lit_paint(stand, self.base, &(far / far.norm()));
+        };
+        let from = stand.room_from_tank * (from_mm - stand.origin_mm);
+        let (place, seen) = furniture.seen(&from, &(stand.room_from_tank * direction));
+        let lit = self.lit_paint(stand, seen.paint, &(place - furniture.middle).normalize());
+        lit * (1.0 - seen.share) + seen.shining * seen.share
+    }
+
+    /// Light from a far surface of that colour in the direction `q` (room's frame, unit), with the lamps' glow.
+    fn lit_paint(&self, stand: &Stand, paint: Vec3, q: &Vec3) -> Vec3 {
+        let blotches: f64 = self.waves.iter().map(|(k, phase, strength)| strength * (k.dot(q) + phase).sin()).sum();
         // Brighter above than below.
         let factor = 1.0 + self.variation * (blotches - q.z);
-        let glow = self.lamp_level * (GLOW * (q.dot(&self.lamp) - 1.0)).exp();
+        let glow = self.lamp_level * (GLOW * (q.dot(&stand.lamp) - 1.0)).exp();
         let front = self.front_level * (-q.y).max(0.0);
-        self.base * factor.max(0.0) + Vec3::repeat(glow + front)
+        paint * factor.max(0.0) + Vec3::repeat(glow + front)
     }
 
     /// Share of full light that a matt surface with that outward normal (tank frame) sends back.
     pub fn lit(&self, stand: &Stand, normal: &Vec3) -> f64 {
-        let n = stand.level_from_tank * normal;
+        let n = stand.room_from_tank * normal;
         // The light from all around comes rather from above.
         let around = self.ambient * (0.75 - 0.25 * n.z);
-        around + (1.0 - self.ambient) * n.dot(&self.lamp).max(0.0)
+        around + (1.0 - self.ambient) * n.dot(&stand.lamp).max(0.0)
     }
 }
 
