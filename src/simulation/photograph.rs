@@ -2,7 +2,7 @@
 //!
 //! Rays go through the corners of all pixels. Where the four corners agree, the pixel is their mean;
 //! where they differ, or a root passes within a pixel of one, the pixel is sampled on a regular grid of
-//! `supersampling`² points. Both are a box over the pixel's area. Bands of rows are computed in parallel;
+//! `supersampling`² points; a furnished room that fills all corners is smooth and needs no closer look. Both are a box over the pixel's area. Bands of rows are computed in parallel;
 //! every number depends on its own pixel alone.
 
 use super::bvh::Tubes;
@@ -67,6 +67,7 @@ impl Scene {
             (0..=width).map(|x| sample(x as f64 - 0.5, y as f64 - 0.5, self.reach_mm)).collect()
         };
         let n = self.params.supersampling;
+        let is_smooth = self.room.is_smooth(1.0 / view.lens.focal_px);
         let mut above = corners(first);
         for (dy, row) in rows.chunks_exact_mut(width * 3).enumerate() {
             let y = first + dy;
@@ -74,7 +75,7 @@ impl Scene {
             for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
                 let four = [&above[x], &above[x + 1], &below[x], &below[x + 1]];
                 let mut light = Vec3::zeros();
-                if differ(&four) {
+                if differ(&four) && !(is_smooth && four.iter().all(|s| s.kind == Kind::Room)) {
                     for i in 0..n * n {
                         let at = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
                         light += sample(x as f64 + at(i % n), y as f64 + at(i / n), 0.0).light;
@@ -183,6 +184,42 @@ mod tests {
         let shot = |pool: &rayon::ThreadPool| pool.install(|| scene.photograph(1, &|_| ()));
         assert_eq!(shot(&one), shot(&three));
         assert_ne!(scene.photograph(0, &|_| ()), scene.photograph(1, &|_| ()));
+    }
+
+    #[test]
+    fn a_smooth_room_is_as_good_as_sampled_closely() {
+        let tank = scene().tank;
+        let room = crate::simulation::RoomParams { clutter: 0.8, windows: 1, lamps: 1, ..Default::default() };
+        let (width, height) = (240, 160);
+        let params = CaptureParams {
+            width,
+            height,
+            focal_35mm: 130.0,
+            distance_mm: 300.0,
+            noise_sigma: 0.0,
+            room,
+            ..Default::default()
+        };
+        let params = CaptureParams { pan_deg: 10.0, ..params };
+        let views = capture(&params, &tank, 1).unwrap();
+        let scene = Scene::new(&tank, &[], &views, &params, 1).unwrap();
+        assert!(scene.room.is_smooth(1.0 / views[0].lens.focal_px) && !scene.room.is_smooth(0.01));
+        let picture = scene.photograph(0, &|_| ());
+        let tubes = scene.tubes(0);
+        let sample =
+            |u: f64, v: f64| Walker::new(&scene, &tubes, &scene.stands[0], 0.0).sample(&views[0].ray_in_tank(u, v));
+        let (mut count, mut squares) = (0.0, 0.0);
+        for (x, y) in (0..height).step_by(3).flat_map(|y| (0..width).step_by(3).map(move |x| (x as f64, y as f64))) {
+            let close: Vec<Sample> =
+                (0..25).map(|i| sample(x + f64::from(i % 5) * 0.2 - 0.4, y + f64::from(i / 5) * 0.2 - 0.4)).collect();
+            if close.iter().all(|s| s.kind == Kind::Room) {
+                let light = close.iter().map(|s| s.light.y).sum::<f64>() / 25.0;
+                let off = Encoder::new().grey(light) - f64::from(picture[[y as usize, x as usize, 1]]);
+                assert!(off.abs() < 12.0, "({x}, {y}): {off}");
+                (count, squares) = (count + 1.0, squares + off * off);
+            }
+        }
+        assert!(count > 1000.0 && (squares / count).sqrt() < 1.0, "{count} {}", (squares / count).sqrt());
     }
 
     #[test]

@@ -215,7 +215,7 @@ impl Walk {
         let radii_mm = (0..points_mm.len())
             .map(|i| self.base_radius_mm + (self.tip_radius_mm - self.base_radius_mm) * i as f64 / last)
             .collect();
-        (points_mm.len() > 1).then(|| Root { id: id as i64, parent, order, points_mm, radii_mm })
+        (points_mm.len() > 1).then_some(Root { id: id as i64, parent, order, points_mm, radii_mm })
     }
 }
 

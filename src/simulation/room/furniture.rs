@@ -4,7 +4,7 @@
 //! depends on how far the wall is, and a bumped or carried camera sees the wall move behind the tank.
 
 use super::stand::Stand;
-use super::wall::{Seen, Wall};
+use super::wall::{SOFT_MM, Seen, Wall};
 use crate::optics::{Tank, Vec3};
 use crate::simulation::noise::{hash, uniform};
 use serde::{Deserialize, Serialize};
@@ -15,6 +15,9 @@ const BEHIND_MM: f64 = 300.0;
 /// Ceiling and floor above and below the middle of the tank, mm, at least.
 const ABOVE_MM: f64 = 1100.0;
 const BELOW_MM: f64 = 800.0;
+
+/// Shelves reach no farther than this from the tank along walls that do, mm.
+const SHELVES_MM: f64 = 4000.0;
 
 /// What stands in the room; by default nothing, and the room is a far plain background.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -69,7 +72,8 @@ impl Furniture {
             let seed = hash(seed, &[97, i as u64]);
             let paint = paint * (0.6 + 0.8 * uniform(seed));
             let window = (i < params.windows).then_some(params.window_level);
-            Wall::new(paint, half, [-above, below], params.clutter, window, i < params.lamps, seed)
+            let [reach, up, down] = [half, above, below].map(|x| x.min(SHELVES_MM));
+            Wall::new(paint, reach, [-up, down], params.clutter, window, i < params.lamps, seed)
         };
         Some(Self {
             middle,
@@ -79,6 +83,11 @@ impl Furniture {
             floor: paint * 0.5,
             ceiling: paint * 1.6,
         })
+    }
+
+    /// Whether nothing in the room is finer than a pixel of that width, radians, wherever the camera stands.
+    pub fn is_smooth(&self, pixel: f64) -> bool {
+        (self.high - self.low).norm() * pixel <= SOFT_MM
     }
 
     /// Where a ray (room's frame) from inside meets the room, and what is seen there.

@@ -72,6 +72,12 @@ impl Room {
         lit * (1.0 - seen.share) + seen.shining * seen.share
     }
 
+    /// Whether a pixel of that width, radians, that sees nothing but the room, sees no detail in it. A plain room's pixels
+    /// are judged by their light alone.
+    pub fn is_smooth(&self, pixel: f64) -> bool {
+        self.furniture.as_ref().is_some_and(|furniture| furniture.is_smooth(pixel))
+    }
+
     /// Light from a far surface of that colour in the direction `q` (room's frame, unit), with the lamps' glow.
     fn lit_paint(&self, stand: &Stand, paint: Vec3, q: &Vec3) -> Vec3 {
         let blotches: f64 = self.waves.iter().map(|(k, phase, strength)| strength * (k.dot(q) + phase).sin()).sum();

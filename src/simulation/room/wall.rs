@@ -8,7 +8,7 @@ use crate::photo::colour::linear_of_srgb;
 use crate::simulation::noise::{hash, uniform};
 
 /// Width over which an edge fades, mm: the disc of confusion of a lens of about 2 mm aperture.
-const SOFT_MM: f64 = 6.0;
+pub const SOFT_MM: f64 = 6.0;
 /// Thickness of a shelf's board, mm.
 const BOARD_MM: f64 = 22.0;
 /// Linear colour of the boards and of the windows' frames.
@@ -70,7 +70,7 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// A wall of that paint, from -`half` to `half` and from `v[0]` to `v[1]`: shelves that are full of things to the
+    /// A wall of that paint, furnished from -`half` to `half` and from `v[0]` to `v[1]`: shelves that are full of things to the
     /// share `clutter` (none at 0), a window of that linear light, a lamp.
     pub fn new(paint: Vec3, half: f64, v: [f64; 2], clutter: f64, window: Option<f64>, lamp: bool, seed: u64) -> Self {
         let draw = |j: u64| uniform(hash(seed, &[j]));
@@ -88,18 +88,7 @@ impl Wall {
             v: -60.0 - 160.0 * draw(6),
             radius: 28.0 + 25.0 * draw(7),
         });
-        let mut shelves = Vec::new();
-        let mut bottom = v[0] + 120.0 * draw(8);
-        while clutter > 0.0 {
-            let row = shelves.len() as u64;
-            let height = 210.0 + 90.0 * uniform(hash(seed, &[20, row]));
-            bottom += height;
-            if bottom > v[1] {
-                break;
-            }
-            shelves.push(Shelf { v: bottom, height, things: things(half, height, clutter, hash(seed, &[21, row])) });
-            bottom += BOARD_MM;
-        }
+        let shelves = if clutter > 0.0 { shelves(half, [v[0] + 120.0 * draw(8), v[1]], clutter, seed) } else { vec![] };
         Self { paint, shelves, window, lamp }
     }
 
@@ -151,6 +140,22 @@ impl Shelf {
             *paint += (thing.colour * shade - *paint) * cover;
         }
         *paint += (Vec3::from(BOARD) - *paint) * within(v, [self.v, self.v + BOARD_MM]);
+    }
+}
+
+/// Shelves one above the other as far as they go.
+fn shelves(half: f64, v: [f64; 2], clutter: f64, seed: u64) -> Vec<Shelf> {
+    let mut shelves = Vec::new();
+    let mut bottom = v[0];
+    loop {
+        let row = shelves.len() as u64;
+        let height = 210.0 + 90.0 * uniform(hash(seed, &[20, row]));
+        bottom += height;
+        if bottom > v[1] {
+            return shelves;
+        }
+        shelves.push(Shelf { v: bottom, height, things: things(half, height, clutter, hash(seed, &[21, row])) });
+        bottom += BOARD_MM;
     }
 }
 
