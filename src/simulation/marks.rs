@@ -2,13 +2,24 @@
 //!
 //! Marks are discs of random place and size on the clear wall, looked up by cells of the unrolled cylinder.
 //! Dirt hides what lies behind with a soft edge. A bubble mirrors the room at its rim, where light meets it beyond
-//! the angle of total reflection, and dims what is seen through its middle.
+//! the angle of total reflection, and dims what is seen through its middle; or its rim is dark, and the lamps make a spot.
 
 use super::noise::{hash, uniform};
 use crate::optics::{Tank, Vec3};
 
 /// Width of a cell of the lookup, mm; no mark is larger.
 const CELL_MM: f64 = 6.0;
+
+/// Where a point lies on a mark, in radii of the mark.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    /// Distance from the centre, 0..1.
+    pub out: f64,
+    /// Offset from the centre towards growing azimuth.
+    pub across: f64,
+    /// Offset downwards.
+    pub down: f64,
+}
 
 /// Discs on a cylinder.
 #[derive(Debug, Clone)]
@@ -40,20 +51,20 @@ impl Marks {
         Self { radius_mm, columns, rows, cells }
     }
 
-    /// How far out a point of the cylinder lies on a mark: 0 its centre, 1 its edge; `None` off all marks. Of
-    /// overlapping marks the one whose centre is relatively nearest.
-    pub fn at(&self, p: &Vec3) -> Option<f64> {
+    /// Where a point of the cylinder lies on a mark; `None` off all marks. Of overlapping marks the one whose centre is
+    /// relatively nearest.
+    pub fn at(&self, p: &Vec3) -> Option<Place> {
         let around = std::f64::consts::TAU * self.radius_mm;
         let arc = (p.y.atan2(p.x) / std::f64::consts::TAU).rem_euclid(1.0) * around;
         let (column, row) = ((arc / around * self.columns as f64) as usize, (p.z / CELL_MM) as usize);
-        let mut best: Option<f64> = None;
+        let mut best: Option<Place> = None;
         for row in row.saturating_sub(1)..=(row + 1).min(self.rows - 1) {
             for shift in [self.columns - 1, 0, 1] {
                 for [a, z, size] in &self.cells[row * self.columns + (column + shift) % self.columns] {
                     let across = (arc - a + 1.5 * around).rem_euclid(around) - 0.5 * around;
-                    let q = across.hypot(p.z - z) / size;
-                    if q < 1.0 && best.is_none_or(|b| q < b) {
-                        best = Some(q);
+                    let out = across.hypot(p.z - z) / size;
+                    if out < 1.0 && best.is_none_or(|b| out < b.out) {
+                        best = Some(Place { out, across: across / size, down: (p.z - z) / size });
                     }
                 }
             }
@@ -90,7 +101,7 @@ mod tests {
                     (turn * 40.0).hypot(z - mz) / size
                 })
                 .fold(f64::INFINITY, f64::min);
-            let fast = marks.at(&p).unwrap_or(f64::INFINITY);
+            let fast = marks.at(&p).map_or(f64::INFINITY, |place| place.out);
             assert!((slow < 1.0) == (fast < 1.0) && (slow >= 1.0 || (slow - fast).abs() < 1e-9), "{slow} {fast}");
         }
     }

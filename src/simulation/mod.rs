@@ -10,10 +10,14 @@
 //! reconstruction: what judges a reconstruction shares no code with it.
 
 mod belt;
+mod bump;
 mod bvh;
 mod capture;
+mod drifting;
+mod gains;
 mod growth;
 mod marks;
+mod mirror;
 mod misjudge;
 mod noise;
 mod photograph;
@@ -23,7 +27,8 @@ mod sway;
 mod walk;
 
 pub use belt::BeltPrint;
-pub use capture::{CaptureParams, PictureFormat, capture};
+pub use capture::{CaptureParams, OtherLight, PictureFormat, capture};
 pub use growth::{GrowthParams, LateralParams, MainParams, Preset, grow};
 pub use misjudge::{MisjudgeParams, misjudged};
+pub use room::RoomParams;
 pub use scene::Scene;

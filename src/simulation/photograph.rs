@@ -2,12 +2,11 @@
 //!
 //! Rays go through the corners of all pixels. Where the four corners agree, the pixel is their mean;
 //! where they differ, or a root passes within a pixel of one, the pixel is sampled on a regular grid of
-//! `supersampling`² points. Both are a box over the pixel's area. Bands of rows are computed in parallel;
+//! `supersampling`² points; a furnished room that fills all corners is smooth and needs no closer look. Both are a box over the pixel's area. Bands of rows are computed in parallel;
 //! every number depends on its own pixel alone.
 
 use super::bvh::Tubes;
 use super::noise::{hash, normal_pair};
-use super::room::Stand;
 use super::scene::Scene;
 use super::walk::{Kind, Sample, Walker};
 use crate::optics::Vec3;
@@ -39,7 +38,7 @@ impl Scene {
         if blur_px > 0.0 {
             light = blurred(&light, width, height, blur_px);
         }
-        let gain = (self.params.exposure_drift * normal_pair(hash(self.seed, &[31, view as u64])).0).exp();
+        let gain = &self.gains[view];
         let table = Encoder::new();
         let mut pixels = vec![0u8; width * height * 3];
         pixels.par_chunks_mut(width * 3).enumerate().for_each(|(y, row)| {
@@ -48,7 +47,7 @@ impl Scene {
                 let (a, b) = normal_pair(bits);
                 let (c, _) = normal_pair(bits ^ 0x5555_5555_5555_5555);
                 for (k, noise) in [a, b, c].into_iter().enumerate() {
-                    let grey = table.grey(f64::from(light[(y * width + x) * 3 + k]) * gain);
+                    let grey = table.grey(f64::from(light[(y * width + x) * 3 + k]) * gain[k]);
                     pixel[k] = (grey + self.params.noise_sigma * noise).round().clamp(0.0, 255.0) as u8;
                 }
             }
@@ -60,14 +59,15 @@ impl Scene {
     /// Light of the rows from `first` on, linear.
     fn expose(&self, index: usize, tubes: &Tubes, first: usize, rows: &mut [f32]) {
         let view = &self.views[index];
-        let stand = Stand::of(view);
         let width = view.lens.width;
-        let sample =
-            |u: f64, v: f64, reach: f64| Walker::new(self, tubes, &stand, reach).sample(&view.ray_in_tank(u, v));
+        let sample = |u: f64, v: f64, reach: f64| {
+            Walker::new(self, tubes, &self.stands[index], reach).sample(&view.ray_in_tank(u, v))
+        };
         let corners = |y: usize| -> Vec<Sample> {
             (0..=width).map(|x| sample(x as f64 - 0.5, y as f64 - 0.5, self.reach_mm)).collect()
         };
         let n = self.params.supersampling;
+        let is_smooth = self.room.is_smooth(1.0 / view.lens.focal_px);
         let mut above = corners(first);
         for (dy, row) in rows.chunks_exact_mut(width * 3).enumerate() {
             let y = first + dy;
@@ -75,7 +75,7 @@ impl Scene {
             for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
                 let four = [&above[x], &above[x + 1], &below[x], &below[x + 1]];
                 let mut light = Vec3::zeros();
-                if differ(&four) {
+                if differ(&four) && !(is_smooth && four.iter().all(|s| s.kind == Kind::Room)) {
                     for i in 0..n * n {
                         let at = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
                         light += sample(x as f64 + at(i % n), y as f64 + at(i / n), 0.0).light;
@@ -184,6 +184,42 @@ mod tests {
         let shot = |pool: &rayon::ThreadPool| pool.install(|| scene.photograph(1, &|_| ()));
         assert_eq!(shot(&one), shot(&three));
         assert_ne!(scene.photograph(0, &|_| ()), scene.photograph(1, &|_| ()));
+    }
+
+    #[test]
+    fn a_smooth_room_is_as_good_as_sampled_closely() {
+        let tank = scene().tank;
+        let room = crate::simulation::RoomParams { clutter: 0.8, windows: 1, lamps: 1, ..Default::default() };
+        let (width, height) = (240, 160);
+        let params = CaptureParams {
+            width,
+            height,
+            focal_35mm: 130.0,
+            distance_mm: 300.0,
+            noise_sigma: 0.0,
+            room,
+            ..Default::default()
+        };
+        let params = CaptureParams { pan_deg: 10.0, ..params };
+        let views = capture(&params, &tank, 1).unwrap();
+        let scene = Scene::new(&tank, &[], &views, &params, 1).unwrap();
+        assert!(scene.room.is_smooth(1.0 / views[0].lens.focal_px) && !scene.room.is_smooth(0.01));
+        let picture = scene.photograph(0, &|_| ());
+        let tubes = scene.tubes(0);
+        let sample =
+            |u: f64, v: f64| Walker::new(&scene, &tubes, &scene.stands[0], 0.0).sample(&views[0].ray_in_tank(u, v));
+        let (mut count, mut squares) = (0.0, 0.0);
+        for (x, y) in (0..height).step_by(3).flat_map(|y| (0..width).step_by(3).map(move |x| (x as f64, y as f64))) {
+            let close: Vec<Sample> =
+                (0..25).map(|i| sample(x + f64::from(i % 5) * 0.2 - 0.4, y + f64::from(i / 5) * 0.2 - 0.4)).collect();
+            if close.iter().all(|s| s.kind == Kind::Room) {
+                let light = close.iter().map(|s| s.light.y).sum::<f64>() / 25.0;
+                let off = Encoder::new().grey(light) - f64::from(picture[[y as usize, x as usize, 1]]);
+                assert!(off.abs() < 12.0, "({x}, {y}): {off}");
+                (count, squares) = (count + 1.0, squares + off * off);
+            }
+        }
+        assert!(count > 1000.0 && (squares / count).sqrt() < 1.0, "{count} {}", (squares / count).sqrt());
     }
 
     #[test]

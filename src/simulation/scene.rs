@@ -1,8 +1,10 @@
 //! Everything that a photograph needs, made ready once.
 
 use super::bvh::Tubes;
+use super::drifting::Drifting;
+use super::gains::gains;
 use super::marks::Marks;
-use super::room::{Room, linear_rgb};
+use super::room::{Room, Stand, linear_rgb};
 use super::sway::swayed;
 use super::{BeltPrint, CaptureParams, noise};
 use crate::error::{Error, Result};
@@ -15,6 +17,10 @@ use std::borrow::Cow;
 pub struct Scene {
     pub(super) tank: Tank,
     pub(super) views: Vec<View>,
+    /// Where each view's camera stands in the room.
+    pub(super) stands: Vec<Stand>,
+    /// Gain of each view's picture, per channel.
+    pub(super) gains: Vec<[f64; 3]>,
     pub(super) params: CaptureParams,
     roots: Vec<Root>,
     tubes: Tubes,
@@ -22,6 +28,7 @@ pub struct Scene {
     pub(super) stem: Tubes,
     pub(super) dirt: Option<Marks>,
     pub(super) bubbles: Option<Marks>,
+    pub(super) drifting: Drifting,
     /// Rays that pass a root within this need a closer look, mm.
     pub(super) reach_mm: f64,
     pub(super) room: Room,
@@ -33,8 +40,9 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Makes the scene ready. The views may be those of [`capture`](super::capture) or any others, as long as camera
-    /// and room stood still: what stands in the room is placed relative to the camera.
+    /// Makes the scene ready. The views may be those of [`capture`](super::capture) with the same parameters and seed, or
+    /// any others of a camera that stood still (or was `carried`): what stands in the room is placed relative to the
+    /// camera as it first stood.
     ///
     /// # Errors
     /// Where a parameter, the tank or a view is unusable, a root has not a radius for each point, or there is no view.
@@ -75,9 +83,11 @@ impl Scene {
         let marks = |radius_mm: f64, count: usize, size_mm: f64, kind: u64| {
             (count > 0).then(|| Marks::new(tank, radius_mm, count, size_mm, noise::hash(seed, &[kind])))
         };
+        let stands = Stand::all(views, params, seed);
         Ok(Self {
             tank: tank.clone(),
             views: views.to_vec(),
+            gains: gains(params, views.len(), seed),
             params: params.clone(),
             roots: roots.to_vec(),
             tubes: Tubes::new(roots),
@@ -85,7 +95,9 @@ impl Scene {
             dirt: marks(tank.radius_mm, params.dirt, params.dirt_mm, 1),
             bubbles: marks(tank.inner_radius_mm(), params.bubbles, params.bubble_mm, 2),
             reach_mm,
-            room: Room::new(params, seed),
+            drifting: Drifting::new(tank, params.drifting, params.drifting_mm, seed),
+            room: Room::new(params, tank, &stands, seed),
+            stands,
             root_colours,
             floor_colour: linear_rgb(params.floor_rgb),
             prints,

@@ -5,6 +5,7 @@
 //! [`optics::trace`]; mirrored ways use the same Snell's law.
 
 use super::bvh::Tubes;
+use super::mirror::{fresnel, mirror};
 use super::room::{Stand, table_texture};
 use super::scene::{BELT_MM, Scene};
 use crate::optics::trace::{cylinder_hits, cylinder_normal, refract};
@@ -25,6 +26,11 @@ const STEM: [f64; 3] = [0.07, 0.3, 0.04];
 /// Linear colour of dirt, and the share of light that it keeps back at its middle.
 const DIRT: [f64; 3] = [0.05, 0.045, 0.035];
 const DIRT_OPACITY: f64 = 0.85;
+/// A bubble with a glint: where it lies for a lamp at the side, its radius (both in radii of the bubble), and the share of
+/// the light behind that passes the rim.
+const GLINT_AT: f64 = 0.5;
+const GLINT_RADIUS: f64 = 0.4;
+const RIM_PASSES: f64 = 0.3;
 /// Linear brightness of the wall's cut edges (rim, floor plate).
 const EDGE: f64 = 0.12;
 
@@ -39,6 +45,8 @@ pub enum Kind {
     Belt,
     /// Through the wall; a root.
     Root,
+    /// Through the wall; a bit that hangs in the water.
+    Bit,
     /// Through the wall; the floor.
     Floor,
     /// Through the wall; water, and the room behind it.
@@ -119,8 +127,8 @@ impl<'a> Walker<'a> {
     /// Light seen past the dirt at a point of the outer wall.
     fn dirtied(&self, p: &Vec3, light: Vec3) -> Vec3 {
         match self.scene.dirt.as_ref().and_then(|dirt| dirt.at(p)) {
-            Some(q) => {
-                let opacity = DIRT_OPACITY * (1.0 - q * q);
+            Some(mark) => {
+                let opacity = DIRT_OPACITY * (1.0 - mark.out * mark.out);
                 light * (1.0 - opacity) + Vec3::from(DIRT) * opacity
             }
             None => light,
@@ -128,15 +136,27 @@ impl<'a> Walker<'a> {
     }
 
     /// Light seen past the bubbles at a point of the inner wall: a bubble is a cap of air on the wall, at whose rim
-    /// (beyond sin = n_air/n_water) the room before the tank is mirrored.
+    /// (beyond sin = n_air/n_water) the room before the tank is mirrored; or one with a glint, dark there, with a bright
+    /// spot on the side of the lamps.
     fn bubbled(&self, p: &Vec3, d: &Vec3, light: Vec3) -> Vec3 {
+        let Some(mark) = self.scene.bubbles.as_ref().and_then(|bubbles| bubbles.at(p)) else {
+            return light;
+        };
         let n = self.scene.tank.index;
-        match self.scene.bubbles.as_ref().and_then(|bubbles| bubbles.at(p)) {
-            Some(q) if q * n.water > n.air => {
-                self.scene.room.light(self.stand, p, &mirror(d, &cylinder_normal(p))) * 0.9 + light * 0.1
-            }
-            Some(_) => light * 0.8,
-            None => light,
+        let rim = mark.out * n.water > n.air;
+        let glint = self.scene.params.bubble_glint;
+        if glint > 0.0 {
+            let lamp = self.stand.room_from_tank.transpose() * self.stand.lamp;
+            let normal = cylinder_normal(p);
+            let (across, down) = (lamp.dot(&Vec3::new(-normal.y, normal.x, 0.0)), lamp.z);
+            let off = (mark.across - GLINT_AT * across).hypot(mark.down - GLINT_AT * down) / GLINT_RADIUS;
+            let dimmed = light * if rim { RIM_PASSES } else { 0.9 };
+            return dimmed + Vec3::repeat(glint * (1.0 - off * off).max(0.0));
+        }
+        if rim {
+            self.scene.room.light(self.stand, p, &mirror(d, &cylinder_normal(p))) * 0.9 + light * 0.1
+        } else {
+            light * 0.8
         }
     }
 
@@ -232,8 +252,15 @@ impl<'a> Walker<'a> {
         let t_plane = if d.z == 0.0 { f64::INFINITY } else { ((plane_z - o.z) / d.z).max(0.0) };
         let t_end = t_wall.min(t_plane);
         let hit = self.tubes.first_hit(o, d, t_end, self.reach_mm, &mut self.near);
-        let length = hit.map_or(t_end, |h| h.t_mm);
-        let seen = if let Some(hit) = hit {
+        let mut length = hit.map_or(t_end, |h| h.t_mm);
+        let bit = if in_water { scene.drifting.first_hit(o, d, length, self.reach_mm, &mut self.near) } else { None };
+        let seen = if let Some(bit) = bit {
+            length = bit.t_mm;
+            if mirrors == 0 {
+                self.kind = Kind::Bit;
+            }
+            bit.colour * scene.room.lit(self.stand, &bit.normal)
+        } else if let Some(hit) = hit {
             if mirrors == 0 {
                 self.kind = Kind::Root;
             }
@@ -343,44 +370,5 @@ impl<'a> Walker<'a> {
             Some(d) => self.inside(&p, &d, in_water, weight, mirrors + 1),
             None => astray(self),
         }
-    }
-}
-
-/// Direction after a mirror with that unit normal.
-fn mirror(d: &Vec3, normal: &Vec3) -> Vec3 {
-    d - normal * (2.0 * d.dot(normal))
-}
-
-/// Fresnel's share of unpolarised light mirrored between two indices; 1 at total reflection.
-pub fn fresnel(d: &Vec3, normal: &Vec3, n_from: f64, n_to: f64) -> f64 {
-    let cos_in = d.dot(normal).abs().min(1.0);
-    let ratio = n_from / n_to;
-    let squared = 1.0 - ratio * ratio * (1.0 - cos_in * cos_in);
-    if squared <= 0.0 {
-        return 1.0;
-    }
-    let cos_out = squared.sqrt();
-    let across = (n_from * cos_in - n_to * cos_out) / (n_from * cos_in + n_to * cos_out);
-    let along = (n_to * cos_in - n_from * cos_out) / (n_to * cos_in + n_from * cos_out);
-    0.5 * (across * across + along * along)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn fresnel_at_known_angles() {
-        let at = |degrees: f64, a: f64, b: f64| {
-            let x = degrees.to_radians();
-            fresnel(&Vec3::new(x.sin(), 0.0, x.cos()), &Vec3::z(), a, b)
-        };
-        assert!((at(0.0, 1.0, 1.5) - 0.04).abs() < 1e-12);
-        // At Brewster's angle only the part across is mirrored: ((1 - n²)/(1 + n²))² / 2.
-        let n: f64 = 1.5;
-        let brewster = ((1.0 - n * n) / (1.0 + n * n)).powi(2) / 2.0;
-        assert!((at(n.atan().to_degrees(), 1.0, n) - brewster).abs() < 1e-12);
-        assert_eq!(at(50.0, 1.333, 1.0), 1.0);
-        assert!(at(48.0, 1.333, 1.0) < 1.0);
     }
 }

@@ -32,7 +32,7 @@ pub fn photo_name(params: &CaptureParams, n: usize) -> String {
 
 impl Stage for Capture {
     const NAME: &'static str = "capture";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, _: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let roots = grow(&self.growth, &self.tank, self.seed)?;

@@ -24,7 +24,7 @@ pub struct Photograph {
 
 impl Stage for Photograph {
     const NAME: &'static str = "photograph";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let capture = inputs.one("capture")?;

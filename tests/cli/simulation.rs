@@ -19,9 +19,12 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-/// Sways, noise, drift, dirt, bubbles: everything that draws lots.
+/// Sways, noise, drifts, dirt, bubbles, bits, rooms, bumps: everything that draws lots.
 const RESTLESS: &str = "capture = { views = 3, width = 120, height = 90, sway_mm = 1.0, sway_views = [1], noise_sigma = 4.0, \
-                        exposure_drift = 0.1, dirt = 40, bubbles = 40, blur_px = 3.0, format = \"png\" }";
+                        exposure_drift = 0.1, dirt = 40, bubbles = 40, blur_px = 3.0, format = \"png\", \
+                        room = { clutter = 0.5, windows = 1, lamps = 1 }, bubble_glint = 0.5, drifting = 20, \
+                        exposure_walk = 0.1, white_balance_walk = 0.1, bump_view = 1, bump_mm = 1.0, bump_deg = 0.3, \
+                        other_light = [{ views = [2], gain = [1.2, 1.0, 0.9] }] }";
 
 #[test]
 fn a_capture_is_the_same_to_the_byte_at_any_thread_count() {

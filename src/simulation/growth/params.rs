@@ -1,5 +1,6 @@
 //! What a plant scientist says of a root system: numbers, lengths, diameters, angles, by branching order.
 
+use super::Preset;
 use crate::error::{Error, Result};
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -18,10 +19,14 @@ pub struct MainParams {
     pub length_mm: f64,
     /// Relative spread of the lengths: uniform within ± this share, 0..1.
     pub length_spread: f64,
-    /// Diameter at the base, mm.
+    /// Mean diameter at the base, mm.
     pub base_diameter_mm: f64,
-    /// Diameter at the tip, mm.
+    /// Relative spread of the base diameters: uniform within ± this share, 0..0.9.
+    pub diameter_spread: f64,
+    /// Diameter at the tip, mm; never over the base's.
     pub tip_diameter_mm: f64,
+    /// Main roots start up to this far below the crown, mm: those of a stem's nodes.
+    pub depth_spread_mm: f64,
     /// Largest angle to the vertical at which a main root starts, degrees 0..90.
     pub start_angle_deg: f64,
     /// Standard deviation of the curvature, degrees per mm.
@@ -56,19 +61,6 @@ pub struct LateralParams {
     pub gravitropism_deg_per_mm: f64,
 }
 
-/// Kinds of root systems to start from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Preset {
-    /// A taproot with laterals of two orders, as of licorice or rape; at home in a tank of 90 mm radius.
-    #[default]
-    Taproot,
-    /// Many thin main roots from the crown with short laterals, as of grasses.
-    Fibrous,
-    /// A thin taproot with many fine laterals close together: the hard case.
-    Fine,
-}
-
 /// How a root system grows. In a file, what is not given is that of the `preset`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GrowthParams {
@@ -94,94 +86,6 @@ impl Default for GrowthParams {
 }
 
 impl GrowthParams {
-    /// The parameters of a preset.
-    pub fn preset(preset: Preset) -> Self {
-        let taproot = Self {
-            preset,
-            crown_mm: 3.0,
-            crown_offset_mm: 5.0,
-            main: MainParams {
-                count: 1,
-                length_mm: 180.0,
-                length_spread: 0.1,
-                base_diameter_mm: 3.0,
-                tip_diameter_mm: 0.6,
-                start_angle_deg: 4.0,
-                wander_deg_per_mm: 1.2,
-                gravitropism_deg_per_mm: 1.0,
-            },
-            first_order: LateralParams {
-                count: 24,
-                zone: [0.04, 0.85],
-                length_mm: 100.0,
-                length_spread: 0.5,
-                base_diameter_mm: [0.9, 1.6],
-                tip_diameter_mm: 0.5,
-                insertion_angle_deg: 75.0,
-                insertion_spread_deg: 15.0,
-                wander_deg_per_mm: 2.0,
-                gravitropism_deg_per_mm: 0.5,
-            },
-            second_order: LateralParams {
-                count: 46,
-                zone: [0.1, 0.8],
-                length_mm: 38.0,
-                length_spread: 0.6,
-                base_diameter_mm: [0.6, 0.9],
-                tip_diameter_mm: 0.4,
-                insertion_angle_deg: 60.0,
-                insertion_spread_deg: 20.0,
-                wander_deg_per_mm: 3.0,
-                gravitropism_deg_per_mm: 0.2,
-            },
-        };
-        match preset {
-            Preset::Taproot => taproot,
-            Preset::Fibrous => Self {
-                crown_offset_mm: 2.0,
-                main: MainParams {
-                    count: 18,
-                    length_mm: 140.0,
-                    length_spread: 0.35,
-                    base_diameter_mm: 1.1,
-                    tip_diameter_mm: 0.5,
-                    start_angle_deg: 70.0,
-                    wander_deg_per_mm: 1.5,
-                    gravitropism_deg_per_mm: 0.8,
-                },
-                first_order: LateralParams {
-                    count: 90,
-                    zone: [0.1, 0.8],
-                    length_mm: 20.0,
-                    length_spread: 0.6,
-                    base_diameter_mm: [0.4, 0.6],
-                    tip_diameter_mm: 0.3,
-                    ..taproot.second_order.clone()
-                },
-                second_order: LateralParams { count: 0, ..taproot.second_order },
-                ..taproot
-            },
-            Preset::Fine => Self {
-                main: MainParams { base_diameter_mm: 1.4, tip_diameter_mm: 0.5, ..taproot.main },
-                first_order: LateralParams {
-                    count: 60,
-                    length_mm: 75.0,
-                    base_diameter_mm: [0.5, 0.8],
-                    tip_diameter_mm: 0.35,
-                    ..taproot.first_order
-                },
-                second_order: LateralParams {
-                    count: 140,
-                    length_mm: 25.0,
-                    base_diameter_mm: [0.35, 0.5],
-                    tip_diameter_mm: 0.3,
-                    ..taproot.second_order
-                },
-                ..taproot
-            },
-        }
-    }
-
     /// Fails where a number is out of its range.
     ///
     /// # Errors
@@ -201,6 +105,8 @@ impl GrowthParams {
         let lengths = "give a length in mm, above 0 and at most 10000";
         need(length(m.length_mm), "main.length_mm", m.length_mm.to_string(), lengths);
         need(share(m.length_spread), "main.length_spread", m.length_spread.to_string(), "give a share, 0 to 1");
+        let ok = (0.0..=0.9).contains(&m.diameter_spread);
+        need(ok, "main.diameter_spread", m.diameter_spread.to_string(), "give a share, 0 to 0.9");
         for (key, d) in [
             ("main.base_diameter_mm", m.base_diameter_mm),
             ("main.tip_diameter_mm", m.tip_diameter_mm),
@@ -227,6 +133,7 @@ impl GrowthParams {
         for (key, x) in [
             ("crown_mm", self.crown_mm),
             ("crown_offset_mm", self.crown_offset_mm),
+            ("main.depth_spread_mm", m.depth_spread_mm),
             ("main.start_angle_deg", m.start_angle_deg),
             ("main.wander_deg_per_mm", m.wander_deg_per_mm),
             ("main.gravitropism_deg_per_mm", m.gravitropism_deg_per_mm),
@@ -330,7 +237,7 @@ mod tests {
 
     #[test]
     fn presets_are_sound() {
-        for preset in [Preset::Taproot, Preset::Fibrous, Preset::Fine] {
+        for preset in [Preset::Taproot, Preset::Fibrous, Preset::Fine, Preset::Rice, Preset::Maize] {
             GrowthParams::preset(preset).check().unwrap();
         }
     }
