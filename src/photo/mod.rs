@@ -1,7 +1,7 @@
-//! 2-D pictures: decoding, undistortion, colour, contrast against the background.
+//! 2-D pictures: decoding, undistortion, colour, evidence of roots against the background.
 
 pub mod colour;
-pub mod contrast;
+pub mod evidence;
 pub mod decode;
 pub mod focal;
 pub mod graph_cut;
