@@ -1,8 +1,8 @@
-//! 2-D pictures: decoding, undistortion, colour, contrast against the background.
+//! 2-D pictures: decoding, undistortion, colour, evidence of roots against the background.
 
 pub mod colour;
-pub mod contrast;
 pub mod decode;
+pub mod evidence;
 mod foreign;
 pub mod graph_cut;
 pub mod gray;

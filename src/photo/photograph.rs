@@ -60,6 +60,14 @@ impl Photograph {
         (width, height)
     }
 
+    /// Codes 0..255, with fractions where it has 16 bits.
+    pub fn codes(&self) -> Array3<f32> {
+        match self {
+            Self::Eight(codes) => codes.mapv(f32::from),
+            Self::Sixteen(steps) => steps.mapv(|v| f32::from(v) / f32::from(u16::STEPS)),
+        }
+    }
+
     /// The photograph in 8 bits; those of 16 are rounded.
     pub fn into_picture(self) -> Picture {
         match self {

@@ -1,12 +1,12 @@
 //! Measures the roots' diameters in the photographs as taken, and moves the centrelines to where they show the roots.
-//! In: pieces, photos (files) and cameras, each in the same order, axis (the roots' colour axis; gray where there is
+//! In: pieces, photos (files) and cameras, each in the same order, background (gray tells roots where there is
 //! none). Out: pieces.json.
 
 use super::photographs::decoded;
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::optics::{Tank, View, ViewMap};
-use crate::photo::{colour::GRAY, contrast::axis::ColourAxis};
+use crate::photo::colour::GRAY;
 use crate::roots::Pieces;
 use crate::roots::diameter::profile::Sight;
 use crate::roots::diameter::{DiameterParams, Measurement, measure};
@@ -38,8 +38,8 @@ impl Stage for Diameters {
         if photos.len() != cameras.len() {
             return Err(Error::failed(format!("{} photographs for {} cameras", photos.len(), cameras.len())));
         }
-        let axis = match inputs.many("axis") {
-            [axis, ..] => axis.json::<ColourAxis>("axis")?.weights,
+        let axis = match inputs.many("background") {
+            [background, ..] => super::background::room(background)?.weights,
             [] => GRAY.map(f64::from),
         };
         progress.total(2);

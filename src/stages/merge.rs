@@ -5,13 +5,15 @@
 use super::{SLAB_BYTES, four, slabs};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
-use crate::volume::merge::{self, merge};
+use crate::volume::merge::{self, merge, merge_evidence};
 use rayon::prelude::*;
 use serde::Serialize;
 
 /// The merge with its parameters.
 #[derive(Debug, Clone, Serialize)]
 pub struct Merge {
+    /// Whether the views hold shares of root with their confidence, not colours.
+    pub evidence: bool,
     /// Estimator, metric and limits.
     #[serde(flatten)]
     pub params: merge::Merge,
@@ -19,7 +21,7 @@ pub struct Merge {
 
 impl Stage for Merge {
     const NAME: &'static str = "merge";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn peak_bytes(&self) -> u64 {
         // A slab of all views, and three shards being filled and written.
@@ -41,7 +43,7 @@ impl Stage for Merge {
             let planes = own.len() as u64;
             let slabs = views.par_iter().map(|v| four(v.slab(own.clone())?)).collect::<Result<Vec<_>>>()?;
             let slabs: Vec<_> = slabs.iter().map(|s| s.view()).collect();
-            let slab = merge(&slabs, &self.params)?;
+            let slab = if self.evidence { merge_evidence(&slabs, &self.params) } else { merge(&slabs, &self.params) }?;
             merged.push(slab.colour.view().into_dyn())?;
             coverage.push(slab.coverage.view().into_dyn())?;
             residual.push(slab.residual.view().into_dyn())?;

@@ -2,19 +2,18 @@
 //!
 //! To add one: a file here, a line below, a line in `study/graph.rs`.
 
-pub mod axis;
+pub mod background;
 pub mod camera;
 pub mod cameras;
 pub mod capture;
 mod colmap_photos;
 mod colmap_run;
-pub mod contrast;
 pub mod diameters;
 pub mod evaluate;
 pub mod evaluate_cameras;
 pub mod evaluate_roots;
+pub mod evidence;
 pub mod extract;
-pub mod feature;
 pub mod hierarchy;
 pub mod labels;
 pub mod lattice;

@@ -8,17 +8,16 @@ use crate::error::{Error, Result};
 use crate::evaluation::ScoreParams;
 use crate::flow::{Graph, NodeId};
 use crate::roots::traits::spread::halves;
-use crate::stages::axis::Axis;
+use crate::stages::background::Background;
 use crate::stages::camera::Camera;
 use crate::stages::cameras::Cameras;
 use crate::stages::capture::{Capture, photo_name};
-use crate::stages::contrast::Contrast;
 use crate::stages::diameters::Diameters;
 use crate::stages::evaluate::Evaluate;
 use crate::stages::evaluate_cameras::EvaluateCameras;
 use crate::stages::evaluate_roots::EvaluateRoots;
+use crate::stages::evidence::Evidence;
 use crate::stages::extract::Extract;
-use crate::stages::feature::Feature;
 use crate::stages::hierarchy::Hierarchy;
 use crate::stages::labels::Labels;
 use crate::stages::lattice::Lattice;
@@ -47,20 +46,18 @@ use crate::stages::volume::Volume;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Adds the nodes that make of every undistorted photograph its contrast along the roots' colour axis.
-fn features(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> (Vec<NodeId>, NodeId) {
-    let contrasts: Vec<NodeId> = seen
-        .iter()
-        .map(|&(name, photo, camera)| {
-            let stage = Contrast { tank: s.tank.clone(), params: s.contrast };
-            graph.add(&format!("contrast/{name}"), stage, &[("photo", &[photo]), ("camera", &[camera])])
-        })
-        .collect();
-    let axis = graph.add("axis", Axis {}, &[("contrasts", &contrasts)]);
-    let feature = |(&(name, ..), contrast): (&Seen<'_>, NodeId)| {
-        graph.add(&format!("feature/{name}"), Feature {}, &[("contrast", &[contrast]), ("axis", &[axis])])
+/// Adds the nodes that make of every undistorted photograph its share of root.
+fn evidence(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> (Vec<NodeId>, NodeId) {
+    let (photos, cameras): (Vec<NodeId>, Vec<NodeId>) = seen.iter().map(|s| (s.1, s.2)).unzip();
+    let stage = Background { tank: s.tank.clone(), background: s.contrast.background, window_mm: s.contrast.window_mm };
+    let background = graph.add("background", stage, &[("photos", &photos), ("cameras", &cameras)]);
+    let evidence = |(view, &(name, photo, camera)): (usize, &Seen<'_>)| {
+        let stage =
+            Evidence { tank: s.tank.clone(), view, window_mm: s.contrast.window_mm, blur_mm: s.contrast.blur_mm };
+        let ports = [("photo", &[photo][..]), ("camera", &[camera]), ("background", &[background])];
+        graph.add(&format!("evidence/{name}"), stage, &ports)
     };
-    (seen.iter().zip(contrasts).map(feature).collect(), axis)
+    (seen.iter().enumerate().map(evidence).collect(), background)
 }
 
 /// Adds the study to the graph.
@@ -138,9 +135,9 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
         seen.push((name, undistorted, camera));
     }
-    let (rendered, axis) = if s.contrast.enabled {
-        let (features, axis) = features(graph, s, &seen);
-        (features, vec![axis])
+    let (rendered, background) = if s.contrast.enabled {
+        let (evidence, background) = evidence(graph, s, &seen);
+        (evidence, vec![background])
     } else {
         (seen.iter().map(|v| v.1).collect(), Vec::new())
     };
@@ -149,9 +146,11 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         .zip(rendered)
         .map(|(&(name, _, camera), photo)| rendered_view(graph, s, name, photo, camera, is_virtual))
         .collect();
-    let own = reconstruct(graph, s, &Photographs { files: &files, seen: &seen, views: &views, axis: &axis }, "");
+    let own =
+        reconstruct(graph, s, &Photographs { files: &files, seen: &seen, views: &views, background: &background }, "");
     let Reconstruction { merged, rootness, extract, system, traits } = own;
-    let spread = spread(graph, s, &Photographs { files: &files, seen: &seen, views: &views, axis: &axis }, traits)?;
+    let spread =
+        spread(graph, s, &Photographs { files: &files, seen: &seen, views: &views, background: &background }, traits)?;
     let root_overlays = seen
         .iter()
         .map(|&(name, photo, camera)| {
@@ -235,14 +234,18 @@ struct Photographs<'a> {
     files: &'a [NodeId],
     seen: &'a [Seen<'a>],
     views: &'a [NodeId],
-    /// The colour axis, where it is learned.
-    axis: &'a [NodeId],
+    /// What is behind the roots, where it is learned.
+    background: &'a [NodeId],
 }
 
 /// From rendered views to traits; `draw` is added to the names of the nodes.
 fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &str) -> Reconstruction {
     let name = |stage: &str| format!("{stage}{draw}");
-    let merged = graph.add(&name("merge"), Merge { params: s.merge.clone() }, &[("views", from.views)]);
+    let merged = graph.add(
+        &name("merge"),
+        Merge { evidence: s.contrast.enabled, params: s.merge.clone() },
+        &[("views", from.views)],
+    );
     let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
     let rootness = graph.add(&name("rootness"), rootness, &[("merged", &[merged])]);
     let ridges = graph.add(&name("suppress"), Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
@@ -254,7 +257,8 @@ fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &s
     let measured = if s.diameters.enabled {
         let cameras: Vec<NodeId> = from.seen.iter().map(|v| v.2).collect();
         let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
-        let ports = [("pieces", &[traced][..]), ("photos", from.files), ("cameras", &cameras), ("axis", from.axis)];
+        let ports =
+            [("pieces", &[traced][..]), ("photos", from.files), ("cameras", &cameras), ("background", from.background)];
         graph.add(&name("diameters"), diameters, &ports)
     } else {
         traced
@@ -284,7 +288,7 @@ fn spread(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, traits: NodeI
         let pick = |list: &[NodeId]| half.iter().map(|&v| list[v]).collect::<Vec<_>>();
         let seen: Vec<Seen<'_>> = half.iter().map(|&v| from.seen[v]).collect();
         let (files, views) = (pick(from.files), pick(from.views));
-        let half = Photographs { files: &files, seen: &seen, views: &views, axis: from.axis };
+        let half = Photographs { files: &files, seen: &seen, views: &views, background: from.background };
         draws.push(reconstruct(graph, s, &half, &format!("/half-{}", n + 1)).traits);
     }
     Ok(Some(graph.add("spread", Spread {}, &[("traits", &[traits][..]), ("draws", &draws)])))

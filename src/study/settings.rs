@@ -9,7 +9,7 @@ use crate::calibration::RegisterParams;
 use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::optics::Tank;
-use crate::photo::contrast::ContrastParams;
+use crate::photo::evidence::ContrastParams;
 use crate::roots::diameter::DiameterParams;
 use crate::roots::traits::TraitParams;
 use crate::roots::{HierarchyParams, TraceParams};

@@ -35,9 +35,9 @@ pub struct Hysteresis {
 }
 
 impl Default for Hysteresis {
-    /// A root begins where it is half as strong as the typical one and goes on to a third.
+    /// A root begins where it is a little over half as strong as the typical one and goes on to a third.
     fn default() -> Self {
-        Self { low: 0.65, high: 1.0, unit: Unit::Level, min_length_mm: 3.0 }
+        Self { low: 0.7, high: 1.1, unit: Unit::Level, min_length_mm: 3.0 }
     }
 }
 

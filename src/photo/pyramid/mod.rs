@@ -19,12 +19,16 @@ pub struct Pyramid {
     levels: Levels,
 }
 
-/// Gray photographs, such as contrasts along a colour axis, are sampled as one channel: the same values for less work.
+/// Pictures of one channel or two, such as shares of root with their confidence, are sampled as such: the same values for
+/// less work.
 #[derive(Debug, Clone)]
 enum Levels {
     /// R, G, B and a pad.
     Colour(Vec<Level<4>>),
+    /// Three channels alike.
     Gray(Vec<Quads>),
+    /// Red and green; blue is 0.
+    Pair([Vec<Quads>; 2]),
 }
 
 #[derive(Debug, Clone)]
@@ -48,10 +52,15 @@ impl Pyramid {
         let values = picture.as_slice().expect("standard layout");
         let is_gray = values.chunks_exact(3).all(|rgb| rgb[0] == rgb[1] && rgb[0] == rgb[2]);
         let (height, width, _) = picture.dim();
-        let levels = if is_gray {
-            let pixels = values.chunks_exact(3).map(|rgb| [rgb[0]]).collect();
+        let channel = |c: usize| {
+            let pixels = values.chunks_exact(3).map(|rgb| [rgb[c]]).collect();
             let levels = halvings(Level { scale: 1.0, width, height, pixels }, largest_texel);
-            Levels::Gray(levels.iter().map(Quads::new).collect())
+            levels.iter().map(Quads::new).collect()
+        };
+        let levels = if is_gray {
+            Levels::Gray(channel(0))
+        } else if values.chunks_exact(3).all(|rgb| rgb[2] == 0) {
+            Levels::Pair([channel(0), channel(1)])
         } else {
             let pixels = values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2], 0]).collect();
             Levels::Colour(halvings(Level { scale: 1.0, width, height, pixels }, largest_texel))
@@ -96,6 +105,16 @@ impl Pyramid {
                 for l in 0..N {
                     let seen = u32::from(wanted[l] & inside[l]);
                     out[l] = (seen * (u32::from(values[l]) * 0x0001_0101 + 0xFF00_0000)).to_le_bytes();
+                }
+            }
+            Levels::Pair([red, green]) => {
+                let [width, height] = red[0].size();
+                let inside = inside(width, height, u, v);
+                let (red, green) = (gray::samples(red, u, v, texel, wanted), gray::samples(green, u, v, texel, wanted));
+                for l in 0..N {
+                    let seen = u32::from(wanted[l] & inside[l]);
+                    let value = u32::from(red[l]) + u32::from(green[l]) * 0x100 + 0xFF00_0000;
+                    out[l] = (seen * value).to_le_bytes();
                 }
             }
         }
@@ -243,10 +262,27 @@ mod tests {
     }
 
     #[test]
+    fn two_channels_are_sampled_as_colours_are() {
+        let pair =
+            Picture::from_shape_fn((41, 33, 3), |(y, x, c)| if c < 2 { (7 * x + 13 * y + 91 * c) as u8 } else { 0 });
+        let mut coloured = pair.clone();
+        coloured[[40, 32, 2]] = 1;
+        let (pair, coloured) = (Pyramid::new(&pair, 4.0), Pyramid::new(&coloured, 4.0));
+        assert!(matches!((&pair.levels, &coloured.levels), (Levels::Pair(_), Levels::Colour(_))));
+        for k in 0..2000 {
+            let (u, v, texel) = (f64::from(k) * 0.0131 - 0.5, f64::from(k % 97) * 0.31 - 0.5, f64::from(k % 13) * 0.3);
+            assert_eq!(pair.sample(u, v, texel), coloured.sample(u, v, texel));
+        }
+    }
+
+    #[test]
     fn abreast_is_one_by_one() {
-        for salt in [0, 1] {
+        for salt in [0, 1, 2] {
             let mut picture = Picture::from_shape_fn((41, 33, 3), |(y, x, _)| (7 * x + 13 * y) as u8);
             picture[[40, 32, 2]] ^= salt;
+            if salt == 2 {
+                picture.index_axis_mut(ndarray::Axis(2), 2).fill(0);
+            }
             let pyramid = Pyramid::new(&picture, 4.0);
             for k in 0..3000 {
                 let of = |l: usize, step: usize, base: usize| ((k * step + l * base) % 997) as f64 / 997.0;

@@ -24,13 +24,13 @@
 // Lanes read best by index.
 #![allow(clippy::needless_range_loop)]
 
+mod evidence;
 mod geometric;
-mod gray;
 mod order;
 
 use crate::error::{Error, Result};
 use crate::photo::colour::{lab_of_srgb, srgb_of_lab};
-use gray::{ByOrder, GrayRow};
+pub use evidence::merge_evidence;
 use ndarray::{Array3, Array4, ArrayView4, Axis};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -95,7 +95,7 @@ impl Default for Merge {
         Self {
             estimator: Estimator::LowMean,
             metric: Metric::Rgb,
-            quantile: 0.25,
+            quantile: 0.2,
             tolerance: 1e-3,
             max_steps: 200,
             min_views: 3,
@@ -153,24 +153,10 @@ pub(crate) struct Bundle {
 /// # Errors
 /// Where a parameter is out of range, no view is given, or the views' shapes differ.
 pub fn merge(views: &[ArrayView4<u8>], params: &Merge) -> Result<Merged> {
-    params.check()?;
-    let Some(first) = views.first() else {
-        return Err(Error::failed("merge: no view given").help("at least one photograph is needed"));
-    };
-    let shape = first.shape();
-    for (l, view) in views.iter().enumerate() {
-        if view.shape() != shape || shape[3] != 4 {
-            return Err(Error::failed(format!(
-                "merge: view {l} has shape {:?}, view 0 {shape:?}; (z, y, x, 4) expected of all",
-                view.shape()
-            )));
-        }
-    }
-    let (nz, ny, nx) = (shape[0], shape[1], shape[2]);
+    let [nz, ny, nx] = checked_shape(views, params)?;
     let mut colour = Array4::from_elem((nz, ny, nx, 3), f32::NAN);
     let mut coverage = Array3::zeros((nz, ny, nx));
     let mut residual = Array3::from_elem((nz, ny, nx), f32::NAN);
-    let by_order = ByOrder::new(params, views.len());
     colour
         .axis_iter_mut(Axis(0))
         .into_par_iter()
@@ -180,19 +166,7 @@ pub fn merge(views: &[ArrayView4<u8>], params: &Merge) -> Result<Merged> {
         .for_each(|(k, ((mut colour, mut coverage), mut residual))| {
             let lanes = || vec![[0.0; LANES]; views.len()];
             let mut bundle = Bundle { channel: [lanes(), lanes(), lanes()], mask: lanes() };
-            let mut gray_row = GrayRow::default();
             for j in 0..ny {
-                if let Some(order) = &by_order
-                    && gray_row.load(views, k, j)
-                {
-                    order.estimate(
-                        &gray_row,
-                        colour.index_axis_mut(Axis(0), j),
-                        coverage.index_axis_mut(Axis(0), j),
-                        residual.index_axis_mut(Axis(0), j),
-                    );
-                    continue;
-                }
                 for from in (0..nx).step_by(LANES) {
                     let width = LANES.min(nx - from);
                     let count = bundle.fill(views, k, j, from, width, params.metric);
@@ -232,6 +206,24 @@ pub fn merge(views: &[ArrayView4<u8>], params: &Merge) -> Result<Merged> {
             }
         });
     Ok(Merged { colour, coverage, residual })
+}
+
+/// Planes, rows and columns of the views' slabs.
+fn checked_shape(views: &[ArrayView4<u8>], params: &Merge) -> Result<[usize; 3]> {
+    params.check()?;
+    let Some(first) = views.first() else {
+        return Err(Error::failed("merge: no view given").help("at least one photograph is needed"));
+    };
+    let shape = first.shape();
+    for (l, view) in views.iter().enumerate() {
+        if view.shape() != shape || shape[3] != 4 {
+            return Err(Error::failed(format!(
+                "merge: view {l} has shape {:?}, view 0 {shape:?}; (z, y, x, 4) expected of all",
+                view.shape()
+            )));
+        }
+    }
+    Ok([shape[0], shape[1], shape[2]])
 }
 
 impl Bundle {

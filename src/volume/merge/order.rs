@@ -2,8 +2,7 @@
 
 use super::{Bundle, LANES, Lane};
 
-/// Applies `estimate` to the sorted values of every channel per lane; 0 where no view sees the voxel. Gray views
-/// have a faster way to the same bits: `gray`.
+/// Applies `estimate` to the sorted values of every channel per lane; 0 where no view sees the voxel.
 pub(super) fn per_channel(bundle: &Bundle, count: &Lane, estimate: impl Fn(&[f32]) -> f32) -> [Lane; 3] {
     let mut out = [[0.0; LANES]; 3];
     let mut values = Vec::with_capacity(bundle.mask.len());

@@ -199,39 +199,3 @@ fn the_low_mean_takes_the_share_of_views_that_it_names() {
         assert!((got[0] - expected[0]).abs() < 1e-3 && (got[1] - expected[1]).abs() < 1e-3, "{q}: {got:?}");
     }
 }
-
-/// Gray views with every value a few times, and an unseen voxel here and there.
-fn gray(width: usize, views: usize, seed: u32, values: u8) -> Vec<Array4<u8>> {
-    let mut volumes = random((2, 2, width), views, seed);
-    for volume in &mut volumes {
-        for mut voxel in volume.lanes_mut(Axis(3)) {
-            let value = if values == 0 { voxel[0] } else { 255 - voxel[0] % values };
-            (voxel[0], voxel[1], voxel[2]) = (value, value, value);
-        }
-    }
-    volumes
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
-    #[test]
-    fn gray_views_give_the_bits_of_coloured_ones(
-        width in 1usize..70, views in 1usize..40, seed: u32, values in 0u8..9, q in 0.0f32..=1.0, which in 0usize..3,
-    ) {
-        let estimator = [Estimator::Median, Estimator::Quantile, Estimator::LowMean][which];
-        let params = Merge { estimator, quantile: q, min_views: 1, ..Merge::default() };
-        let plain = gray(width, views, seed, values);
-        // One more column, coloured, keeps the rows off the way for gray ones.
-        let coloured: Vec<_> = plain.iter().map(|v| {
-            let mut last = v.slice_axis(Axis(2), (0..1).into()).to_owned();
-            last.lanes_mut(Axis(3)).into_iter().for_each(|mut x| x.assign(&ndarray::arr1(&[1, 2, 3, 255])));
-            ndarray::concatenate![Axis(2), v.view(), last]
-        }).collect();
-        let (fast, slow) = (merged(&plain, &params), merged(&coloured, &params));
-        let same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits();
-        let columns = ndarray::Slice::from(0..width);
-        prop_assert!(fast.colour.iter().zip(slow.colour.slice_axis(Axis(2), columns)).all(same));
-        prop_assert!(fast.residual.iter().zip(slow.residual.slice_axis(Axis(2), columns)).all(same));
-        prop_assert_eq!(fast.coverage.view(), slow.coverage.slice_axis(Axis(2), columns));
-    }
-}
