@@ -7,6 +7,7 @@ pub mod focal;
 pub mod graph_cut;
 pub mod gray;
 pub mod pyramid;
+pub mod shrink;
 pub mod undistort;
 
 pub use decode::decode;

@@ -1,6 +1,7 @@
 //! Study file (TOML) to validated settings to the graph of nodes, and the results folder.
 
 pub mod batch;
+pub mod command;
 pub mod crate_metadata;
 pub mod document;
 pub mod folder;
@@ -9,6 +10,7 @@ pub mod inputs;
 mod kept;
 pub mod lock;
 pub mod nodes;
+pub mod page;
 pub mod render;
 pub mod rerun;
 pub mod results;
