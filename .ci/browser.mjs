@@ -1,5 +1,5 @@
 // Opens report.html in a browser and uses it. Arguments: the browser, the results folder.
-import { copyFileSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { copyFileSync, existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -158,6 +158,13 @@ await test("the traits are those of traits.csv, each with its definition", async
   for (const { trait, value } of csv("traits.csv")) {
     const cell = page.locator(`[data-trait="${trait}"]`);
     check(same(await cell.textContent(), value), `${trait} is shown as ${await cell.textContent()}, the file says ${value}`);
+  }
+  if (existsSync(join(results, "trait_spread.csv"))) {
+    for (const { trait, sd } of csv("trait_spread.csv")) {
+      const shown = (await page.locator(`[data-trait="${trait}"] + td`).textContent()).trim();
+      const near = Math.abs(Number(shown) - Number(sd)) <= 0.051 * Math.abs(Number(sd));
+      check(sd === "" ? shown === "–" : near, `the deviation of ${trait} is shown as ${shown}, the file says ${sd}`);
+    }
   }
   const term = page.locator(".traits .term").first();
   await term.focus();

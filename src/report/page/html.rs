@@ -7,6 +7,11 @@ pub fn escape(text: &str) -> String {
 
 /// A number as people read it: four digits that count, a dash where it is not defined.
 pub fn number(value: f64) -> String {
+    rounded(value, 4)
+}
+
+/// A number with so many digits that count; digits before the point all stay.
+pub fn rounded(value: f64, digits: i32) -> String {
     if !value.is_finite() {
         return "–".into();
     }
@@ -14,7 +19,7 @@ pub fn number(value: f64) -> String {
         return "0".into();
     }
     let before = value.abs().log10().floor() as i32;
-    let text = format!("{value:.*}", (3 - before).clamp(0, 8) as usize);
+    let text = format!("{value:.*}", (digits - 1 - before).clamp(0, 8) as usize);
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     text.replacen('-', "−", 1)
 }
@@ -60,6 +65,7 @@ mod tests {
             (percent(1.0, 3.0), percent(1.0, 200.0), percent(0.0, 0.0)),
             ("33 %".into(), "0.5 %".into(), "–".into())
         );
+        assert_eq!([0.032_77, 36.25, 197.6].map(|x| rounded(x, 2)), ["0.033", "36", "198"]);
         assert_eq!(escape("a<b> & \"c\""), "a&lt;b&gt; &amp; &quot;c&quot;");
         assert_eq!((count(1, "root", "roots"), count(0, "root", "roots")), ("1 root".into(), "0 roots".into()));
     }

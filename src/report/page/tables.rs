@@ -1,6 +1,6 @@
 //! The traits of the plant as a table with definitions and uncertainty, and the place of the table of all roots.
 
-use super::html::{count, escape, number};
+use super::html::{count, escape, number, rounded};
 use crate::formats::tables::Table;
 use crate::roots::traits::{Trait, glossary};
 use std::collections::BTreeMap;
@@ -84,7 +84,7 @@ pub fn traits(traits: &[Trait], spread: Option<&Table>, t: &mut String) {
                         let _ = write!(
                             t,
                             "<td class=\"n\">{}</td><td class=\"n\">{} to {}</td>",
-                            number(s.sd),
+                            rounded(s.sd, 2),
                             number(s.low),
                             number(s.high)
                         );

@@ -73,7 +73,8 @@ function plotDepth() {
 function tiePlots() {
   const draws = { "plot-diameter": plotDiameters, "plot-order": plotOrders, "plot-angle": plotAngles, "plot-depth": plotDepth };
   const draw = (id) => {
-    if (draws[id] && data.roots.length) draws[id]();
+    if (!data.roots.length) $(id).textContent = "No root was traced.";
+    else if (draws[id]) draws[id]();
     delete draws[id];
   };
   const seen = new IntersectionObserver((entries) => {
