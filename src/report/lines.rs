@@ -1,7 +1,7 @@
 //! The traced roots as lines on a photograph, and how well the photograph shows each of them.
 //!
 //! A root shows well where its line is long and clear: a stretch is clear where no other root's line, both as wide as
-//! the roots are, comes within [`APART_PX`]. The photographs with the longest clear line are the ones to look at.
+//! the roots are, comes within a pixel. The photographs with the longest clear line are the ones to look at.
 
 use crate::optics::Vec3;
 use crate::roots::Root;
