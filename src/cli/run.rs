@@ -9,7 +9,7 @@ use crate::store::Store;
 use crate::study::batch::{Batch, Study};
 use crate::study::cost::{Cost, Verdict};
 use crate::study::sweep_results::Swept;
-use crate::study::{folder, results};
+use crate::study::{command, folder, results};
 use clap::Args;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -122,7 +122,8 @@ impl Run {
     }
 
     fn results(&self, batch: &Batch, study: &Study, report: &Report) -> Result<()> {
-        let written = results::write(&self.results, batch, study, report)?;
+        let written =
+            results::write(&self.results, batch, study, report, &command::run(&self.study.study, &self.study.set))?;
         for (_, nodes) in study.points.iter().filter_map(|point| point.planned.as_ref().ok()) {
             if let Some(score) = nodes.score {
                 let score: Score = report.artefact(score)?.json("score")?;

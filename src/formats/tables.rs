@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::roots::traits::Trait;
 use crate::roots::traits::depth::Layer;
-use crate::roots::traits::per_root::PerRoot;
+use crate::roots::traits::per_root::{COLUMNS, PerRoot};
 use crate::roots::traits::spread::Spread;
 use crate::roots::{Repair, TracedRoot};
 use serde::Serialize;
@@ -121,27 +121,7 @@ pub fn traits(traits: &[Trait]) -> Result<Vec<u8>> {
 /// # Errors
 /// As `csv`.
 pub fn per_root(rows: &[PerRoot]) -> Result<Vec<u8>> {
-    let columns = [
-        "root_id",
-        "parent_id",
-        "order",
-        "length_mm",
-        "tortuosity",
-        "mean_diameter_mm",
-        "base_diameter_mm",
-        "tip_diameter_mm",
-        "volume_mm3",
-        "surface_area_mm2",
-        "insertion_mm",
-        "insertion_angle_deg",
-        "emergence_angle_deg",
-        "midpoint_angle_deg",
-        "tip_angle_deg",
-        "laterals",
-        "lateral_density_per_mm",
-        "tip_depth_mm",
-    ];
-    csv(&columns, rows)
+    csv(&COLUMNS, rows)
 }
 
 /// `depth_profile.csv`.
@@ -183,6 +163,28 @@ pub fn read_traits(bytes: &[u8]) -> Result<Vec<Trait>> {
             })
         })
         .collect()
+}
+
+/// A table as it stands in its file: the cells as text.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Table {
+    /// Names of the columns.
+    pub columns: Vec<String>,
+    /// Rows of as many cells.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// Reads any of the tables; `name` is the file's, for messages.
+///
+/// # Errors
+/// Where the rows differ in length or are no UTF-8.
+pub fn read(name: &str, bytes: &[u8]) -> Result<Table> {
+    let fault = |e: csv::Error| Error::failed(format!("{name}: {e}"));
+    let cells = |row: &csv::StringRecord| row.iter().map(str::to_owned).collect();
+    let mut reader = csv::Reader::from_reader(bytes);
+    let columns = cells(reader.headers().map_err(fault)?);
+    let rows = reader.records().map(|row| Ok(cells(&row.map_err(fault)?))).collect::<Result<_>>()?;
+    Ok(Table { columns, rows })
 }
 
 /// An empty cell instead of NaN or infinity.

@@ -11,6 +11,7 @@ pub mod metadata;
 pub mod photograph;
 pub mod pyramid;
 pub mod sequence;
+pub mod shrink;
 pub mod undistort;
 
 pub use decode::{decode, head};

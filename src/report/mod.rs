@@ -3,6 +3,7 @@
 pub mod contact;
 pub mod curves;
 pub mod hits;
+pub mod lines;
 pub mod outline;
 pub mod overlay;
 pub mod page;

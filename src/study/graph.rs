@@ -7,6 +7,7 @@ use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
 use crate::evaluation::ScoreParams;
 use crate::flow::{Graph, NodeId};
+use crate::report::page::preview_px;
 use crate::roots::traits::spread::halves;
 use crate::stages::background::Background;
 use crate::stages::camera::Camera;
@@ -27,8 +28,10 @@ use crate::stages::overlay::Overlay;
 use crate::stages::photograph::Photograph;
 use crate::stages::pose::Pose;
 use crate::stages::pose_pictures::PosePictures;
+use crate::stages::preview::Preview;
 use crate::stages::render::Render;
 use crate::stages::render_patch::RenderPatch;
+use crate::stages::root_lines::RootLines;
 use crate::stages::root_overlay::RootOverlay;
 use crate::stages::rootness::Rootness;
 use crate::stages::sfm::{Sfm, installed};
@@ -159,6 +162,18 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             graph.add(&format!("root-overlay/{name}"), stage, &ports)
         })
         .collect();
+    let longest_px = preview_px(seen.len());
+    let (previews, root_lines) = seen
+        .iter()
+        .map(|&(name, photo, camera)| {
+            let lines = RootLines { tank: s.tank.clone() };
+            let ports = [("camera", &[camera][..]), ("system", &[system])];
+            (
+                graph.add(&format!("preview/{name}"), Preview { longest_px }, &[("photo", &[photo])]),
+                graph.add(&format!("root-lines/{name}"), lines, &ports),
+            )
+        })
+        .unzip();
     let overlays = seen
         .into_iter()
         .map(|(name, photo, camera)| {
@@ -203,12 +218,15 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         cameras,
         calibration,
         extract,
+        system,
         traits,
         volume,
         labels,
         sight,
         overlays,
         root_overlays,
+        previews,
+        root_lines,
         spread,
         slices,
         score,

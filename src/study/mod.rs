@@ -2,6 +2,7 @@
 
 pub mod batch;
 mod clean_path;
+pub mod command;
 pub mod cost;
 pub mod crate_metadata;
 pub mod document;
@@ -11,6 +12,7 @@ pub mod inputs;
 mod kept;
 pub mod lock;
 pub mod nodes;
+pub mod page;
 mod photographs;
 pub mod render;
 pub mod rerun;

@@ -28,6 +28,8 @@ pub struct StudyNodes {
     pub calibration: Option<CalibrationNodes>,
     /// The extracted root voxels.
     pub extract: NodeId,
+    /// The traced roots with what is known of their points.
+    pub system: NodeId,
     /// Roots, traits and their files.
     pub traits: NodeId,
     /// The OME-Zarr image.
@@ -40,6 +42,10 @@ pub struct StudyNodes {
     pub overlays: Vec<NodeId>,
     /// The traced roots on each photograph.
     pub root_overlays: Vec<NodeId>,
+    /// Each photograph, small enough for the report.
+    pub previews: Vec<NodeId>,
+    /// The traced roots as lines on each photograph.
+    pub root_lines: Vec<NodeId>,
     /// How the traits vary over resampled views, where the study asks for it.
     pub spread: Option<NodeId>,
     /// Pictures of a slice, where the study asks for one.
@@ -72,6 +78,8 @@ impl StudyNodes {
         targets.extend(&self.overlays);
         targets.extend(self.calibration.as_ref().map(|c| c.pictures));
         targets.extend(&self.root_overlays);
+        targets.extend(&self.previews);
+        targets.extend(&self.root_lines);
         targets.extend(self.spread);
         targets
     }

@@ -1,20 +1,17 @@
 //! The results of one study: what people look at and what other programs read, copied out of the store.
 
 use super::batch::{Batch, Study};
+use super::command;
 use super::crate_metadata::Made;
 use super::folder::Fresh;
 use super::lock::Lock;
 use super::nodes::StudyNodes;
-use super::settings::Settings;
+use super::page::{self, Commands};
 use crate::calibration::Registration;
 use crate::error::Result;
-use crate::evaluation::{Band, Sight};
-use crate::flow::{Graph, Report};
+use crate::flow::Report;
 use crate::formats::{NamedView, cameras_json};
-use crate::report::page::Page;
-use crate::stages::extract;
 use crate::stages::pose_pictures::outline_name;
-use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The files of the root system that always are; the RSML needs a root.
@@ -30,18 +27,15 @@ const ROOT_FILES: [&str; 9] = [
     "roots.swc",
 ];
 
-/// Warnings of one stage that the page shows.
-const MOST_WARNINGS: usize = 3;
-
-/// Brings `results_dir/<name>` up to date and tells whether it had to be written.
+/// Brings `results_dir/<name>` up to date and tells whether it had to be written; `made_by` is the command that asks for it.
 ///
 /// # Errors
 /// Where the folder cannot be written; the old results then stay as they were.
-pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) -> Result<bool> {
+pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report, made_by: &str) -> Result<bool> {
     let lock = Lock::of(batch, study, report, &results_dir.join(&study.name))?;
     let Some(fresh) = Fresh::begin(results_dir, &lock)? else { return Ok(false) };
     for point in &study.points {
-        let (settings, nodes) = point.planned.as_ref().map_err(Clone::clone)?;
+        let (_, nodes) = point.planned.as_ref().map_err(Clone::clone)?;
         put_numbers(&fresh, "", nodes, report)?;
         put_roots(&fresh, "", nodes, report)?;
         fresh.put(report, nodes.volume, "volume.ome.zarr", "volume.ome.zarr")?;
@@ -55,7 +49,9 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report) 
             fresh.put(report, spread, "trait_spread.csv", "trait_spread.csv")?;
         }
         put_calibration(&fresh, nodes, report)?;
-        fresh.write("report.html", page(settings, &batch.graph, nodes, report)?.as_bytes())?;
+        let again = command::rerun(results_dir, &study.name);
+        let page = page::html(point, &batch.graph, report, &lock, &Commands { made_by, again: &again })?;
+        fresh.write("report.html", page.as_bytes())?;
     }
     fresh.publish(&lock, &Made::of(batch, study, report))?;
     Ok(true)
@@ -118,43 +114,4 @@ fn put_calibration(fresh: &Fresh, nodes: &StudyNodes, report: &Report) -> Result
 fn overlay_path(photo: &str, kind: &str) -> String {
     let stem = Path::new(photo).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     format!("overlays/{stem}{kind}.jpg")
-}
-
-/// The report's page.
-fn page(settings: &Settings, graph: &Graph, nodes: &StudyNodes, report: &Report) -> Result<String> {
-    let roots: Vec<_> =
-        extract::read(&report.artefact(nodes.extract)?)?.iter().map(|r| (r.point_mm, r.component)).collect();
-    let score = nodes.score.map(|n| report.artefact(n)?.json("score")).transpose()?;
-    let bands: Option<Vec<Band>> = nodes.score.map(|n| report.artefact(n)?.json("bands")).transpose()?;
-    let sight: Vec<Sight> = report.artefact(nodes.sight)?.json("sight")?;
-    let (mut parameters, mut warnings) = (BTreeMap::new(), Vec::new());
-    let mut warned: BTreeMap<&str, usize> = BTreeMap::new();
-    for node in graph.nodes() {
-        let Some(manifest) = report.manifest(node) else { continue };
-        let count = warned.entry(graph.stage(node).unwrap_or_default()).or_default();
-        // What every photograph warns of alike is said for the first ones.
-        let shown = manifest.warnings.len().min(MOST_WARNINGS.saturating_sub(*count));
-        warnings.extend(manifest.warnings[..shown].iter().map(|w| format!("{}: {w}", graph.label(node))));
-        *count += manifest.warnings.len();
-        parameters.entry(manifest.stage.clone()).or_insert_with(|| format!("{:#}", manifest.params));
-    }
-    for (stage, count) in warned.into_iter().filter(|&(_, count)| count > MOST_WARNINGS) {
-        warnings.push(format!("{stage}: {} more warnings of this kind", count - MOST_WARNINGS));
-    }
-    let spread_px = report.artefact(nodes.traits)?.json("spread_px")?;
-    let overlays: Vec<String> = nodes.photos.iter().map(|p| overlay_path(p, "")).collect();
-    Ok(Page {
-        name: &settings.name,
-        tank: &settings.tank,
-        grid: &settings.grid,
-        roots: &roots,
-        score: score.as_ref(),
-        sight: &sight,
-        bands: bands.as_deref().unwrap_or_default(),
-        settings: &parameters.into_iter().collect::<Vec<_>>(),
-        warnings: &warnings,
-        spread_px,
-        overlays: &overlays,
-    }
-    .html())
 }

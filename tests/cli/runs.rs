@@ -59,7 +59,7 @@ fn results_do_not_depend_on_threads_or_place() {
     let (one, two) = (Capture::new(), Capture::new());
     one.run(&["--threads", "1"]).assert().success();
     two.run(&["--threads", "2"]).assert().success();
-    for name in ["study.lock", "root_voxels.csv", "overlays/003.jpg"] {
+    for name in ["study.lock", "root_voxels.csv", "overlays/003.jpg", "report.html"] {
         let read = |c: &Capture| fs::read(c.path("results/tiny").join(name)).expect("is there");
         assert_eq!(read(&one), read(&two), "{name}");
     }

@@ -149,6 +149,9 @@ fn weights(roots: &RootColour, behind: [f64; 3], variance: f64) -> [f64; 3] {
     (direction / (variance.sqrt() * direction.norm()).max(1e-12)).into()
 }
 
+/// Colours of ridge pixels, and of what is behind.
+type Taught = (Vec<[f32; 3]>, Vec<[f32; 3]>);
+
 /// The photographs and how to look at them.
 struct Study<'a> {
     photos: &'a [Picture],
@@ -249,7 +252,7 @@ impl Study<'_> {
     /// Colours of ridge pixels, and the middle colour of what is behind.
     fn teach(&self, chosen: &[(Vec<usize>, Turn)], noise: &Noise) -> (Vec<[f32; 3]>, [f64; 3]) {
         let teachers = spread_over(&(0..self.photos.len()).collect::<Vec<_>>(), TEACHERS);
-        let taught: Vec<(Vec<[f32; 3]>, Vec<[f32; 3]>)> = teachers
+        let taught: Vec<Taught> = teachers
             .par_iter()
             .map(|&v| {
                 let codes = self.codes(v);

@@ -103,7 +103,7 @@ mod tests {
         let mut state = seed as u32;
         Picture::from_shape_fn((60, 80, 3), |(_, x, _)| {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let room = if (x + shift) / 9 % 2 == 0 { 60.0 } else { 140.0 * light };
+            let room = if ((x + shift) / 9).is_multiple_of(2) { 60.0 } else { 140.0 * light };
             let noise = (state >> 24) as f32 / 256.0 * 6.0 - 3.0;
             (room + noise).round() as u8
         })

@@ -57,7 +57,7 @@ fn photograph(scene: Scene, v: usize) -> (Picture, Array2<bool>) {
     let picture = Picture::from_shape_fn((160, 240, 3), |(y, x, c)| {
         let place = x + v * scene.carried;
         let room = [70.0, 74.0, 82.0][c] * (0.7 + 0.5 * (place % 240) as f32 / 240.0);
-        let room = if scene.windows && place / 14 % 2 == 0 { [205.0, 215.0, 230.0][c] } else { room };
+        let room = if scene.windows && (place / 14).is_multiple_of(2) { [205.0, 215.0, 230.0][c] } else { room };
         let shade = 1.0 + 0.2 * ((x + 3 * y) as f32 / 11.0).sin();
         let value = if is_root[[y, x]] { scene.root[c] * shade } else { room };
         let noise: f32 = (0..4).map(|_| random() - 0.5).sum::<f32>() * 4.0;

@@ -1,4 +1,4 @@
-//! Traits: what a root system measures, one definition each (docs/traits.md lists them all).
+//! Traits: what a root system measures, one definition each ([`glossary`] and docs/roots.md list them all).
 //!
 //! Lengths in mm, areas in mm², volumes in mm³, angles in degrees; depth is counted from the water surface, down.
 //! A centreline is a chain of straight steps; a step's diameter is the mean of its ends', a step of diameters d₁, d₂ and
@@ -6,6 +6,7 @@
 //! What belts hide does not count: traits are of what was traced.
 
 pub mod depth;
+pub mod glossary;
 pub mod hull;
 pub mod per_root;
 pub mod shape;

@@ -5,6 +5,28 @@ use crate::optics::Vec3;
 use crate::roots::{Root, curve};
 use serde::{Serialize, Serializer};
 
+/// Columns of `per_root.csv`: the fields of [`PerRoot`] in their order.
+pub const COLUMNS: [&str; 18] = [
+    "root_id",
+    "parent_id",
+    "order",
+    "length_mm",
+    "tortuosity",
+    "mean_diameter_mm",
+    "base_diameter_mm",
+    "tip_diameter_mm",
+    "volume_mm3",
+    "surface_area_mm2",
+    "insertion_mm",
+    "insertion_angle_deg",
+    "emergence_angle_deg",
+    "midpoint_angle_deg",
+    "tip_angle_deg",
+    "laterals",
+    "lateral_density_per_mm",
+    "tip_depth_mm",
+];
+
 /// A row of `per_root.csv`; NaN where a trait has no meaning (no parent).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PerRoot {

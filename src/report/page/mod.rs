@@ -1,0 +1,185 @@
+//! The report: a result on one self-contained HTML page that opens by double click, without a server or a network.
+//!
+//! What can be said in words and tables is HTML as it stands: it is read, searched and printed without any script. The roots as data
+//! stand in it as JSON; plotly.js, embedded whole, draws the view in space and the plots from it, and `script/` ties them to
+//! the tables and photographs. Nothing is loaded: the page's own policy forbids it. Equal values give equal bytes.
+
+mod data;
+mod findings;
+mod html;
+mod library;
+mod photographs;
+mod projection;
+mod provenance;
+mod repaired;
+mod tables;
+
+pub use findings::{CameraOrigin, Evidence, Warning, directions};
+pub use photographs::Photograph;
+pub use provenance::Provenance;
+
+use crate::error::{Error, Result};
+use crate::formats::tables::Table;
+use crate::optics::Tank;
+use crate::roots::RootSystem;
+use crate::roots::traits::Trait;
+use html::escape;
+use std::fmt::Write;
+
+/// What the page shows.
+pub struct Page<'a> {
+    /// Name of the study.
+    pub name: &'a str,
+    /// The tank.
+    pub tank: &'a Tank,
+    /// The traced roots.
+    pub system: &'a RootSystem,
+    /// `traits.csv`.
+    pub traits: &'a [Trait],
+    /// `trait_spread.csv`, where the study has it.
+    pub spread: Option<&'a Table>,
+    /// `per_root.csv`.
+    pub per_root: &'a Table,
+    /// `depth_profile.csv`.
+    pub profile: &'a Table,
+    /// What the quality is told by.
+    pub evidence: Evidence<'a>,
+    /// The photographs in capture order.
+    pub photographs: &'a [Photograph],
+    /// How the result was made.
+    pub provenance: Provenance<'a>,
+}
+
+/// Photographs that fit into the page at their best size.
+const FULL_SIZE_PHOTOS: usize = 40;
+/// Longer side of a photograph at most and at least, px.
+const PHOTO_PX: [usize; 2] = [1280, 480];
+
+/// Longer side of a photograph on a page with so many, px: of many each is smaller, so that the page stays light.
+pub fn preview_px(photographs: usize) -> usize {
+    let share = (FULL_SIZE_PHOTOS as f64 / photographs.max(FULL_SIZE_PHOTOS) as f64).sqrt();
+    ((PHOTO_PX[0] as f64 * share) as usize).max(PHOTO_PX[1])
+}
+
+/// Forbids every request; plotly.js compiles its shaders' wrappers at run time.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; \
+                      img-src data: blob:; connect-src 'none'; form-action 'none'; base-uri 'none'";
+
+const STYLE: &str = include_str!("style.css");
+
+/// What plotly.js is told before it starts.
+const BEFORE: &str = include_str!("script/before.js");
+
+/// In the order in which they need each other.
+const SCRIPTS: [&str; 9] = [
+    include_str!("script/state.js"),
+    include_str!("script/colour.js"),
+    include_str!("script/tube.js"),
+    include_str!("script/space.js"),
+    include_str!("script/plots.js"),
+    include_str!("script/lines.js"),
+    include_str!("script/root.js"),
+    include_str!("script/viewer.js"),
+    include_str!("script/main.js"),
+];
+
+impl Page<'_> {
+    /// The page as HTML.
+    ///
+    /// # Errors
+    /// Where plotly.js is not what is expected, or a value cannot be written as JSON.
+    pub fn html(&self) -> Result<String> {
+        let name = escape(self.name);
+        let library = library::plotly()?;
+        let room: usize = self.photographs.iter().map(|p| p.jpeg.len() / 3 * 4 + 2000).sum();
+        let mut t = String::with_capacity(library.len() + room + (1 << 20));
+        let _ = write!(
+            t,
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n\
+             <meta name=\"generator\" content=\"rootvox {version}\">\n<title>{name} – root system</title>\n\
+             <link rel=\"icon\" href=\"data:,\">\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+             <a class=\"skip\" href=\"#main\">Skip to the result</a>\n",
+            version = env!("CARGO_PKG_VERSION"),
+        );
+        self.header(&mut t);
+        t.push_str("<main id=\"main\">\n");
+        findings::section(&self.evidence, self.system, self.traits, &mut t);
+        self.space(&mut t);
+        tables::traits(self.traits, self.spread, &mut t);
+        t.push_str(PLOTS);
+        photographs::section(self.photographs, &mut t);
+        tables::roots(self.per_root, &mut t);
+        provenance::section(&self.provenance, &mut t);
+        t.push_str("</main>\n");
+        t.push_str(photographs::VIEWER);
+        let data = serde_json::to_string(&data::of(self))
+            .map_err(|e| Error::failed(format!("the report's data cannot be written as JSON: {e}")))?;
+        // Inside a script only this could end it.
+        let _ = writeln!(t, "<script type=\"application/json\" id=\"data\">{}</script>", data.replace("</", "<\\/"));
+        let _ = writeln!(
+            t,
+            "<script>\n{BEFORE}</script>\n<script>\n{library}\n</script>\n<script>\n\"use strict\";\n(() => {{"
+        );
+        SCRIPTS.iter().for_each(|script| t.push_str(script));
+        t.push_str("})();\n</script>\n</body>\n</html>\n");
+        Ok(t)
+    }
+
+    /// Title, the numbers that most ask for, and the way about the page.
+    fn header(&self, t: &mut String) {
+        let value = |name: &str| self.traits.iter().find(|x| x.name == name).map_or(f64::NAN, |x| x.value);
+        let _ = write!(
+            t,
+            "<header>\n<h1>{}</h1>\n<p class=\"lead\">Root system from {} photographs, reconstructed by rootvox {}</p>\n<dl class=\"figures\">\n",
+            escape(self.name),
+            self.photographs.len(),
+            env!("CARGO_PKG_VERSION")
+        );
+        let mut figure = |term: &str, value: String, unit: &str| {
+            let _ = writeln!(t, "<div><dt>{term}</dt><dd>{value}<span class=\"unit\"> {unit}</span></dd></div>");
+        };
+        figure("Root length", html::number(value("total_root_length_mm") / 10.0), "cm");
+        figure("Roots", html::number(value("root_count")), "");
+        figure("Mean diameter", html::number(value("mean_diameter_mm")), "mm");
+        figure("Root volume", html::number(value("root_volume_mm3") / 1000.0), "cm³");
+        figure("Greatest depth", html::number(value("depth_max_mm")), "mm");
+        if let Some(f1) = self.evidence.roots_score.and_then(|s| s.f1(1.0)) {
+            figure("F1 within 1 mm", format!("{f1:.3}"), "");
+        }
+        t.push_str("</dl>\n<nav aria-label=\"Sections\"><ul>\n");
+        for (id, title) in [
+            ("glance", "At a glance"),
+            ("space", "Roots in 3D"),
+            ("traits", "Traits"),
+            ("plots", "Distributions"),
+            ("photographs", "Photographs"),
+            ("roots", "All roots"),
+            ("provenance", "Provenance"),
+        ] {
+            let _ = writeln!(t, "<li><a href=\"#{id}\">{title}</a></li>");
+        }
+        t.push_str("</ul></nav>\n</header>\n");
+    }
+
+    /// The view in space with its panel, and what stands for it on paper.
+    fn space(&self, t: &mut String) {
+        let options: String = self
+            .system
+            .roots
+            .iter()
+            .map(|r| format!("<option value=\"{0}\">Root {0}, order {1}</option>", r.root.id, r.root.order))
+            .collect();
+        t.push_str(
+            &SPACE.replace("{options}", &options).replace("{sides}", &projection::sides(self.tank, self.system)),
+        );
+    }
+}
+
+const SPACE: &str = include_str!("space.html");
+const PLOTS: &str = include_str!("plots.html");
+
+#[cfg(test)]
+mod tests;

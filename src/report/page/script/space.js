@@ -1,0 +1,171 @@
+// The view in space: plotly.js draws, this turns it by buttons and keys and finds the root under the pointer.
+const MANY_POINTS = 12000;
+const sides = data.roots.reduce((sum, root) => sum + root.d.length, 0) > MANY_POINTS ? 4 : 6;
+const HOME = { eye: { x: 0.02, y: -2.05, z: 0.38 }, center: { x: 0, y: 0, z: 0 }, up: { x: 0, y: 0, z: 1 } };
+const TOP = { eye: { x: 0, y: -0.01, z: 2.2 }, center: { x: 0, y: 0, z: 0 }, up: { x: 0, y: 0, z: 1 } };
+const TRACE = { roots: 0, tank: 1, repairs: 2, chosen: 3 };
+let mesh = emptyMesh(), line = null, under = null, drawn = false;
+const scene = $("view3d");
+
+function rootsTrace() {
+  if (state.shape === "tubes") {
+    if (!mesh.x.length) data.roots.forEach((root) => addTube(mesh, root, sides));
+    const { x, y, z, i, j, k } = mesh;
+    const of = new Map(data.roots.map((root) => [root.id, pointColours(root)]));
+    const colours = mesh.root.map((id, n) => [...of.get(id)[mesh.point[n]], 1]);
+    const lighting = { ambient: 0.7, diffuse: 0.6, specular: 0.15, roughness: 0.7, fresnel: 0.05 };
+    return { type: "mesh3d", x, y, z, i, j, k, vertexcolor: colours, lighting, flatshading: false, hoverinfo: "none" };
+  }
+  line = { x: [], y: [], z: [], root: [], point: [] };
+  const colours = [];
+  for (const root of data.roots) {
+    pointColours(root).forEach((colour, k) => {
+      const [x, y, z] = placed(root.xyz, k);
+      line.x.push(x), line.y.push(y), line.z.push(z), line.root.push(root.id), line.point.push(k), colours.push(css(colour));
+    });
+    line.x.push(null), line.y.push(null), line.z.push(null), line.root.push(null), line.point.push(null), colours.push("#000");
+  }
+  return { type: "scatter3d", mode: "lines", x: line.x, y: line.y, z: line.z, line: { width: 4, color: colours }, hoverinfo: "none" };
+}
+
+function tankTrace() {
+  const { radius, floor, water, belts } = data.tank, x = [], y = [], z = [];
+  const ring = (height) => {
+    for (let k = 0; k <= 72; k++) x.push(radius * Math.cos((k * Math.PI) / 36)), y.push(radius * Math.sin((k * Math.PI) / 36)), z.push(-height);
+    x.push(null), y.push(null), z.push(null);
+  };
+  [0, water, floor, ...belts.flat().filter((h) => h > 0 && h < floor)].forEach(ring);
+  for (let k = 0; k < 4; k++) {
+    const [a, b] = [radius * Math.cos((k * Math.PI) / 2), radius * Math.sin((k * Math.PI) / 2)];
+    x.push(a, a, null), y.push(b, b, null), z.push(0, -floor, null);
+  }
+  return { type: "scatter3d", mode: "lines", x, y, z, line: { width: 1.5, color: "#66727b" }, hoverinfo: "skip", visible: state.tank };
+}
+
+// Depths beside the tank. As annotations: text in the scene itself takes plotly.js half a second.
+function depthMarks() {
+  const { radius, floor, water } = data.tank, every = floor > 150 ? 50 : 20, marks = [];
+  for (let depth = 0; depth <= floor - water; depth += every) {
+    const text = depth ? `${depth} mm` : "water";
+    marks.push({ x: radius * 1.03, y: 0, z: -water - depth, text, showarrow: false, xanchor: "left", font: { color: "#98a4ad", size: 11 }, visible: state.tank });
+  }
+  return marks;
+}
+
+function repairsTrace() {
+  const place = (axis, sign) => data.repairs.map((repair) => sign * repair.at[axis]);
+  return {
+    type: "scatter3d", mode: "markers", x: place(0, 1), y: place(1, -1), z: place(2, -1), visible: state.colour === "repair",
+    marker: { size: 3.5, color: data.repairs.map((repair) => KINDS[repair.kind]), line: { width: 0 }, opacity: 0.9 }, hoverinfo: "none",
+  };
+}
+
+// The chosen root as a bright tube a little wider than itself.
+function chosenTrace() {
+  const tube = emptyMesh(), root = rootOf.get(state.chosen);
+  if (root) addTube(tube, root, 8, Math.max(0.35, data.tank.radius / 200));
+  const { x, y, z, i, j, k } = tube;
+  return { type: "mesh3d", x, y, z, i, j, k, color: "#ffffff", hoverinfo: "skip", lighting: { ambient: 1, diffuse: 0 }, visible: Boolean(root) };
+}
+
+const traces = () => [rootsTrace(), tankTrace(), repairsTrace(), chosenTrace()];
+// Ticks and titles that nobody sees would still be cut into triangles, which takes half a second.
+const BARE = { visible: false, showspikes: false, title: { text: "" }, tickmode: "array", tickvals: [], ticktext: [] };
+const layout = () => ({
+  margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", showlegend: false, hovermode: "closest", uirevision: "kept",
+  font: { family: "system-ui, sans-serif" },
+  scene: {
+    aspectmode: "data", dragmode: "orbit", camera: HOME, bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
+    xaxis: BARE, yaxis: BARE, zaxis: BARE,
+    annotations: depthMarks(),
+  },
+});
+
+async function drawSpace() {
+  await Plotly.newPlot(scene, traces(), layout(), { displayModeBar: false, responsive: true, scrollZoom: true, doubleClick: false });
+  drawn = true;
+  scene.on("plotly_hover", (event) => {
+    under = found(event.points[0]);
+    tell(under);
+  });
+  scene.on("plotly_unhover", () => (under = null));
+  let down = null;
+  scene.addEventListener("pointerdown", (event) => (down = [event.clientX, event.clientY]), true);
+  scene.addEventListener("pointerup", (event) => {
+    const still = down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 5 && event.button === 0;
+    // What lies under a finger is known a frame later only.
+    if (still) setTimeout(() => under && under.id !== undefined && choose(under.id), event.pointerType === "touch" ? 120 : 0);
+  }, true);
+}
+
+// What a point of a trace is: a root with a point, or a repair.
+function found(point) {
+  if (point.curveNumber === TRACE.repairs) return { repair: data.repairs[point.pointNumber] };
+  const of = state.shape === "tubes" ? mesh : line;
+  return point.curveNumber === TRACE.roots ? { id: of.root[point.pointNumber], k: of.point[point.pointNumber] } : null;
+}
+
+function tell(what) {
+  if (!what) return;
+  if (what.repair) {
+    $("view3d-help").textContent = `${data.kinds[what.repair.kind].name}: ${what.repair.why}` + (what.repair.mm ? ` (${what.repair.mm} mm)` : "");
+    return;
+  }
+  const root = rootOf.get(what.id), k = what.k;
+  if (!root) return;
+  $("view3d-help").textContent =
+    `Root ${root.id}, order ${root.order}: diameter ${root.d[k].toFixed(2)} ± ${root.sd[k].toFixed(2)} mm in ${root.views[k]} photographs, ` +
+    `${depthOf(root.xyz[3 * k + 2]).toFixed(1)} mm deep, confidence ${root.confidence[k].toFixed(2)}`;
+}
+
+function turn(how) {
+  if (!drawn) return;
+  const camera = structuredClone(scene.layout.scene.camera || HOME);
+  const { eye, center } = camera, [dx, dy, dz] = [eye.x - center.x, eye.y - center.y, eye.z - center.z];
+  let reach = Math.hypot(dx, dy, dz), around = Math.atan2(dy, dx), up = Math.asin(dz / reach);
+  if (how === "left") around -= Math.PI / 12;
+  if (how === "right") around += Math.PI / 12;
+  if (how === "up") up = Math.min(up + Math.PI / 18, 1.55);
+  if (how === "down") up = Math.max(up - Math.PI / 18, -1.55);
+  if (how === "in") reach /= 1.25;
+  if (how === "out") reach *= 1.25;
+  const flat = reach * Math.cos(up);
+  camera.eye = { x: center.x + flat * Math.cos(around), y: center.y + flat * Math.sin(around), z: center.z + reach * Math.sin(up) };
+  camera.up = { x: 0, y: 0, z: 1 };
+  Plotly.relayout(scene, { "scene.camera": camera });
+}
+
+function look(camera) {
+  if (drawn) Plotly.relayout(scene, { "scene.camera": structuredClone(camera) });
+}
+
+const KEYS = {
+  ArrowLeft: () => turn("left"), ArrowRight: () => turn("right"), ArrowUp: () => turn("up"), ArrowDown: () => turn("down"),
+  "+": () => turn("in"), "=": () => turn("in"), "-": () => turn("out"), Home: () => look(HOME), ",": () => step(-1), ".": () => step(1),
+};
+
+function tieSpace() {
+  document.querySelectorAll("[data-turn]").forEach((b) => b.addEventListener("click", () => turn(b.dataset.turn)));
+  document.querySelectorAll("[data-view=side], [data-view=top]").forEach((b) => b.addEventListener("click", () => look(b.dataset.view === "top" ? TOP : HOME)));
+  $("pan").addEventListener("click", () => {
+    const on = $("pan").getAttribute("aria-pressed") !== "true";
+    $("pan").setAttribute("aria-pressed", on);
+    if (drawn) Plotly.relayout(scene, { "scene.dragmode": on ? "pan" : "orbit" });
+  });
+  $("save").addEventListener("click", () => drawn && Plotly.downloadImage(scene, { format: "png", width: 1600, height: 1600, filename: data.name }));
+  scene.addEventListener("keydown", (event) => {
+    const does = !event.ctrlKey && !event.metaKey && !event.altKey && KEYS[event.key];
+    if (does) event.preventDefault(), does();
+  });
+  $("colour").addEventListener("change", (event) => change({ colour: event.target.value }));
+  $("shape").addEventListener("change", (event) => change({ shape: event.target.value }));
+  $("tank").addEventListener("change", (event) => change({ tank: event.target.checked }));
+  onChange((what) => {
+    drawLegend();
+    if (!drawn) return;
+    const fresh = traces(), old = scene.data, now = layout();
+    const kept = what.includes("chosen") && what.length === 1;
+    // The roots themselves are the costly part: left alone where nothing of them changed.
+    Plotly.react(scene, fresh.map((trace, n) => (kept && n !== TRACE.chosen ? old[n] : trace)), { ...now, scene: { ...now.scene, camera: scene.layout.scene.camera, dragmode: scene.layout.scene.dragmode } });
+  });
+}
