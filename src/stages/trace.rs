@@ -14,8 +14,6 @@ use serde::Serialize;
 pub struct Trace {
     /// The grid that the ridges lie on.
     pub grid: Grid,
-    /// The scales of the rootness, mm.
-    pub sigma_mm: Vec<f64>,
     /// How it decides.
     #[serde(flatten)]
     pub params: TraceParams,
@@ -23,7 +21,7 @@ pub struct Trace {
 
 impl Stage for Trace {
     const NAME: &'static str = "trace";
-    const VERSION: u32 = 10;
+    const VERSION: u32 = 11;
 
     fn peak_bytes(&self) -> u64 {
         // The dense rootness, and ridges of some hundredths of its voxels.
@@ -33,9 +31,10 @@ impl Stage for Trace {
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let ridges = suppress::read(inputs.one("ridges")?)?;
         let strong = self.params.hysteresis().pieces(&ridges, self.grid.spacing_mm).label;
+        let sigma_mm: Vec<f64> = inputs.one("rootness")?.json("sigma_mm")?;
         let rootness = read3::<f32>(inputs.one("rootness")?, "rootness")?;
         let floor = self.params.extend.share * f64::from(self.params.hysteresis().thresholds(&ridges).0);
-        let points = points(&ridges, &strong, floor, &self.grid, &self.sigma_mm)?;
+        let points = points(&ridges, &strong, floor, &self.grid, &sigma_mm)?;
         let pieces = trace(&points, &Field { grid: self.grid, rootness: rootness.view() }, &self.params)?;
         if pieces.pieces.is_empty() {
             output.warn("no root was traced; lower trace.high, or look at the rootness volume");

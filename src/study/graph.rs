@@ -265,11 +265,13 @@ fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &s
         &[("views", from.views)],
     );
     let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
-    let rootness = graph.add(&name("rootness"), rootness, &[("merged", &[merged])]);
+    // A given scale asks nothing of the photographs.
+    let widths = if s.rootness.sigma.is_empty() { from.background } else { &[] };
+    let rootness = graph.add(&name("rootness"), rootness, &[("merged", &[merged][..]), ("background", widths)]);
     let ridges = graph.add(&name("suppress"), Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
     let extract = Extract { grid: s.grid, params: s.extract };
     let extract = graph.add(&name("extract"), extract, &[("ridges", &[ridges])]);
-    let trace = Trace { grid: s.grid, sigma_mm: s.rootness.sigma.clone(), params: s.trace.clone() };
+    let trace = Trace { grid: s.grid, params: s.trace.clone() };
     let ports = [("ridges", &[ridges][..]), ("rootness", &[rootness])];
     let traced = graph.add(&name("trace"), trace, &ports);
     let measured = if s.diameters.enabled {

@@ -235,19 +235,13 @@ impl TrueTank {
 }
 
 /// `[grid]`: the voxels.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GridSection {
-    /// Edge δ of a voxel, mm.  Paper 3: 1 mm.
-    pub spacing: f64,
+    /// Edge δ of a voxel, mm; when absent, that of a pixel at the tank's axis.  Paper 3: 1 mm.
+    pub spacing: Option<f64>,
     /// How deep below the rim to reconstruct, mm; down to the inner floor when absent.
     pub depth: Option<f64>,
-}
-
-impl Default for GridSection {
-    fn default() -> Self {
-        Self { spacing: 1.0, depth: None }
-    }
 }
 
 /// `[truth]`: the true roots, where they are known; the result is then scored against them.

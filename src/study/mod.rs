@@ -17,6 +17,7 @@ mod photographs;
 pub mod render;
 pub mod rerun;
 pub mod results;
+mod scale;
 pub mod settings;
 pub mod sweep;
 pub mod sweep_curves;

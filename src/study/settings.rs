@@ -5,6 +5,7 @@ use super::document::{Document, Resolved, Sources, note};
 use super::inputs::{CameraSource, Cameras, GridSection, Photos, StudySection, TankSection, TrueTank, Truth};
 use super::photographs::{self, Found};
 use super::render::RenderSection;
+use super::scale;
 use crate::calibration::RegisterParams;
 use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
@@ -231,7 +232,7 @@ impl Settings {
             merge.check(),
             extract.check("extract"),
             trace.hysteresis().check("trace"),
-            rootness.check(grid.spacing),
+            rootness.check(grid.spacing.unwrap_or(f64::NAN)),
             overlay.check(),
         ];
         for checked in checks.into_iter().chain(simulated_as.into_iter().filter(|_| simulated)) {
@@ -250,13 +251,23 @@ impl Settings {
         let input_dir = clean(&origin.base.join(&photos.dir));
         // A folder that is not there is told of before the files in it.
         let found = if simulated { Found::default() } else { photographs::find(&input_dir, &photos)? };
-        let notes = found.note().into_iter().collect();
+        let mut notes: Vec<String> = found.note().into_iter().collect();
         let tank = tank.resolve(&input_dir)?;
         let true_tank = simulate.tank.resolve(&tank)?;
         let source = if simulated { Source::Simulated(Box::new(simulate)) } else { Source::Files(found.paths) };
         note(&mut resolved, "tank", &TankSection::from(&tank))?;
         resolved.retain(|name, _| simulated || !name.starts_with("simulate."));
         let depth_mm = grid.depth.unwrap_or_else(|| tank.floor_mm());
+        let spacing_mm = match grid.spacing {
+            Some(spacing_mm) => spacing_mm,
+            None => {
+                let scale = scale::of(&source, &cameras, &input_dir, &tank, depth_mm)?;
+                rootness.check(scale.spacing_mm)?;
+                notes.push(scale.reason);
+                note(&mut resolved, "grid", &GridSection { spacing: Some(scale.spacing_mm), ..grid })?;
+                scale.spacing_mm
+            }
+        };
         let name = study.name.unwrap_or_else(|| origin.name.clone());
         if name.is_empty() || name.starts_with('.') || name.contains(['/', '\\']) {
             return Err(Error::usage(format!("study.name `{name}` cannot name a folder"))
@@ -272,7 +283,7 @@ impl Settings {
             mask,
             sfm,
             pose,
-            grid: Grid::of_tank(&tank, grid.spacing, depth_mm)?,
+            grid: Grid::of_tank(&tank, spacing_mm, depth_mm)?,
             tank,
             true_tank,
             render,

@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 #[serde(default, deny_unknown_fields)]
 pub struct Rootness {
     /// Standard deviations of the Gaussian, mm, each at least 0.4 voxels (narrower ones cannot be sampled) and at most 20.
+    /// Left empty, one that suits the roots' width as the photographs show it ([`scale_for`]).
     pub sigma: Vec<f64>,
     /// γ23 of equation 16, see [`Sato`].
     pub gamma23: f64,
@@ -35,7 +36,7 @@ pub struct Rootness {
 impl Default for Rootness {
     fn default() -> Self {
         let Sato { gamma23, gamma12, alpha } = Sato::default();
-        Self { sigma: vec![1.0], gamma23, gamma12, alpha, dark: false }
+        Self { sigma: Vec::new(), gamma23, gamma12, alpha, dark: false }
     }
 }
 
@@ -50,8 +51,8 @@ impl Rootness {
     /// All faults at once.
     pub fn check(&self, spacing_mm: f64) -> Result<()> {
         let mut faults = Vec::new();
-        if self.sigma.is_empty() || self.sigma.len() > 255 {
-            faults.push(Error::usage("rootness.sigma names no scale, or over 255").help("give one or several, in mm"));
+        if self.sigma.len() > 255 {
+            faults.push(Error::usage("rootness.sigma names over 255 scales").help("give one or several, in mm"));
         }
         // A spacing that is none, or makes no grid, is told of by the grid.
         let is_odd = |sigma: &&f64| spacing_mm >= FINEST_MM && !(0.4..=20.0).contains(&(*sigma / spacing_mm));
@@ -69,6 +70,16 @@ impl Rootness {
     pub fn halo(&self, spacing_mm: f64) -> usize {
         self.sigma.iter().map(|s| hessian::halo(s / spacing_mm)).max().unwrap_or(0)
     }
+}
+
+/// Width, in standard deviations, that a Gaussian has whose area is spread evenly at its height: √(2π).
+const EQUIVALENT: f64 = 2.506_628_274_631;
+
+/// Scale, mm, for roots of that width in the photographs, mm: a line with a Gaussian profile of deviation s answers most at
+/// σ = s (σ² s² / (s² + σ²)² is greatest there). Not under a voxel, where derivatives are coarse; a voxel where no width is known.
+pub fn scale_for(width_mm: Option<f64>, spacing_mm: f64) -> f64 {
+    let hundredths = |mm: f64| (100.0 * mm).round() / 100.0;
+    hundredths(width_mm.unwrap_or(0.0) / EQUIVALENT).max(spacing_mm).min(10.0 * spacing_mm)
 }
 
 /// Rootness of some planes.
@@ -288,22 +299,28 @@ mod tests {
     #[test]
     fn dark_roots_before_a_bright_room_count_as_bright_ones_before_a_dark_one() {
         let volume = rods();
-        let bright = whole(&volume, &Rootness::default());
+        let one = || Rootness { sigma: vec![1.0], ..Rootness::default() };
+        let bright = whole(&volume, &one());
         let negative = volume.mapv(|v| 1.0 - v);
-        let dark = whole(&negative, &Rootness { dark: true, ..Rootness::default() });
+        let dark = whole(&negative, &Rootness { dark: true, ..one() });
         for (at, value) in bright.rootness.indexed_iter().filter(|(_, value)| !value.is_nan()) {
             assert!((dark.rootness[at] - value).abs() < 1e-4, "{at:?}");
         }
-        assert!(whole(&negative, &Rootness::default()).rootness[[12, 12, 10]] < 1e-3);
+        assert!(whole(&negative, &one()).rootness[[12, 12, 10]] < 1e-3);
     }
 
     #[test]
     fn what_is_unknown_stays_so_and_neither_ends_a_root_nor_makes_one() {
-        let out = whole(&rods(), &Rootness::default());
+        let out = whole(&rods(), &Rootness { sigma: vec![1.0], ..Rootness::default() });
         assert!(out.rootness.slice_axis(Axis(0), (..2).into()).iter().all(|v| v.is_nan()));
         assert!(out.tangent.slice_axis(Axis(0), (..2).into()).iter().all(|&t| t == 0));
         let (end, middle) = (out.rootness[[2, 12, 10]], out.rootness[[12, 12, 10]]);
         // What continues it is blurred, so it fades there, but neither ends nor flares.
         assert!((0.6..1.05).contains(&(end / middle)), "{end} at the border, {middle} inside");
+    }
+
+    #[test]
+    fn the_scale_follows_the_roots_width_but_not_under_a_voxel() {
+        assert_eq!([scale_for(Some(1.5), 0.4), scale_for(Some(0.5), 0.4), scale_for(None, 0.4)], [0.6, 0.4, 0.4]);
     }
 }

@@ -25,7 +25,7 @@ fn causes_come_first_with_old_and_new_value_and_what_they_cost() {
         "{text}"
     );
     assert!(lines[0].contains(" s, ") && lines[0].contains("iB)"), "seconds and bytes: {text}");
-    assert!(lines[1].starts_with("extract ") && lines[1].contains("`high`: 1 -> 1.5"), "{text}");
+    assert!(lines[1].starts_with("extract ") && lines[1].contains("`high`: 1.1 -> 1.5"), "{text}");
     assert!(lines[2].starts_with("merge ") && lines[2].contains("6 times input `render/*` has to be"), "{text}");
     assert!(lines.last().is_some_and(|l| l.starts_with("estimated: ") && l.contains(" s of work, ")), "{text}");
     let all = asked(&capture, "status", &[&both[..], &["--all"]].concat());
@@ -37,8 +37,8 @@ fn causes_come_first_with_old_and_new_value_and_what_they_cost() {
     assert_eq!(extract["state"], "unknown", "its input may change too");
     let change = &extract["changes"][0];
     assert_eq!(
-        (&change["name"], change["from"].as_f64(), change["to"].as_f64()),
-        (&"high".into(), Some(1.0), Some(1.5))
+        (&change["name"], change["from"].as_f64().map(|from| from as f32), change["to"].as_f64()),
+        (&"high".into(), Some(1.1f32), Some(1.5))
     );
     assert!(extract["seconds"].is_number() && extract["bytes"].is_number());
 }

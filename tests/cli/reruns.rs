@@ -58,11 +58,11 @@ fn what_changed_since_is_named() {
     capture.run(&[]).assert().success();
     let lock = "results/tiny/study.lock";
 
-    capture.edit(lock, "\"extract.high\": \"1.0\"", "\"extract.high\": \"1.3\"");
+    capture.edit(lock, "\"extract.high\": \"1.1\"", "\"extract.high\": \"1.3\"");
     let (code, text) = rerun(&capture, &[]);
     assert_eq!(code, Some(1), "{text}");
-    assert!(text.contains("first to differ: extract: setting: `high`: 1 -> 1.3"), "{text}");
-    capture.edit(lock, "\"extract.high\": \"1.3\"", "\"extract.high\": \"1.0\"");
+    assert!(text.contains("first to differ: extract: setting: `high`: 1.1 -> 1.3"), "{text}");
+    capture.edit(lock, "\"extract.high\": \"1.3\"", "\"extract.high\": \"1.1\"");
 
     let photo = fs::read(capture.path("images/002.jpg")).expect("can read");
     let mut picture = image::open(capture.path("images/002.jpg")).expect("a picture").to_rgb8();

@@ -20,6 +20,7 @@ pub mod noise;
 pub mod room;
 pub mod roots;
 pub mod share;
+mod shorth;
 mod smooth;
 pub mod still;
 #[cfg(test)]

@@ -42,6 +42,9 @@ pub struct Room {
     pub noise: Noise,
     /// The roots.
     pub roots: RootColour,
+    /// Width of thin roots, mm at the axis: the first quartile over ridge pixels ([`ridge_pixels`]), where there are enough. A scale
+    /// for thicker ones would lose them, theirs keeps thick ones.
+    pub root_width_mm: Option<f64>,
     /// Whether the roots' colour was learned; else it is a guess.
     pub learned: bool,
     /// Weights of R, G, B codes that tell roots from what is mostly behind them, one noise deviation each unit.
@@ -117,7 +120,7 @@ pub fn find(
     }
     by_window.sort_unstable();
     let noise = study.noise(&chosen, &by_window);
-    let (colours, behind) = study.teach(&chosen, &noise);
+    let (colours, mut widths_mm, behind) = study.teach(&chosen, &noise);
     check()?;
     let variance = f64::from(noise.variance(behind[1] as f32));
     let learned = RootColour::learn(&colours, variance);
@@ -130,7 +133,8 @@ pub fn find(
         })
         .collect::<Result<_>>()?;
     let weights = weights(&roots, behind, variance);
-    Ok((Room { gains, stills, noise, roots, learned: learned.is_some(), weights, reasons }, backgrounds))
+    let root_width_mm = learned.and_then(|_| ranked(&mut widths_mm, 0.25)).map(f64::from);
+    Ok((Room { gains, stills, noise, roots, root_width_mm, learned: learned.is_some(), weights, reasons }, backgrounds))
 }
 
 /// Roots of no known colour: gray, twenty noise deviations brighter than what is behind them.
@@ -149,8 +153,8 @@ fn weights(roots: &RootColour, behind: [f64; 3], variance: f64) -> [f64; 3] {
     (direction / (variance.sqrt() * direction.norm()).max(1e-12)).into()
 }
 
-/// Colours of ridge pixels, and of what is behind.
-type Taught = (Vec<[f32; 3]>, Vec<[f32; 3]>);
+/// Colours and widths, mm, of ridge pixels, and colours of what is behind.
+type Taught = (Vec<[f32; 3]>, Vec<f32>, Vec<[f32; 3]>);
 
 /// The photographs and how to look at them.
 struct Study<'a> {
@@ -250,7 +254,7 @@ impl Study<'_> {
     }
 
     /// Colours of ridge pixels, and the middle colour of what is behind.
-    fn teach(&self, chosen: &[(Vec<usize>, Turn)], noise: &Noise) -> (Vec<[f32; 3]>, [f64; 3]) {
+    fn teach(&self, chosen: &[(Vec<usize>, Turn)], noise: &Noise) -> (Vec<[f32; 3]>, Vec<f32>, [f64; 3]) {
         let teachers = spread_over(&(0..self.photos.len()).collect::<Vec<_>>(), TEACHERS);
         let taught: Vec<Taught> = teachers
             .par_iter()
@@ -274,19 +278,26 @@ impl Study<'_> {
                 let ridges = ridge_pixels(&deviations, &sure, px_per_mm(&self.views[v]));
                 let behind = sure.indexed_iter().filter(|(_, s)| **s).step_by(101);
                 (
-                    ridges.into_iter().map(|at| colour(at, &codes)).collect(),
+                    ridges.iter().map(|ridge| colour(ridge.at, &codes)).collect(),
+                    ridges.iter().map(|ridge| ridge.width_mm).collect(),
                     behind.map(|(at, _)| colour(at, background)).collect(),
                 )
             })
             .collect();
-        let behind: Vec<[f32; 3]> = taught.iter().flat_map(|t| t.1.iter().copied()).collect();
-        let middle = [0, 1, 2].map(|c| {
+        let behind: Vec<[f32; 3]> = taught.iter().flat_map(|t| t.2.iter().copied()).collect();
+        let behind = [0, 1, 2].map(|c| {
             let mut values: Vec<f32> = behind.iter().map(|b| b[c]).collect();
-            let half = values.len() / 2;
-            if values.is_empty() { 64.0 } else { f64::from(*values.select_nth_unstable_by(half, f32::total_cmp).1) }
+            ranked(&mut values, 0.5).map_or(64.0, f64::from)
         });
-        (taught.into_iter().flat_map(|t| t.0).collect(), middle)
+        let widths = taught.iter().flat_map(|t| t.1.iter().copied()).collect();
+        (taught.into_iter().flat_map(|t| t.0).collect(), widths, behind)
     }
+}
+
+/// The value that a share of the others is below; none of nothing.
+fn ranked(values: &mut [f32], share: f64) -> Option<f32> {
+    let at = (values.len() as f64 * share) as usize;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(at, f32::total_cmp).1)
 }
 
 /// Up to `most` of the list, evenly.

@@ -21,6 +21,8 @@ const KEPT: f64 = 0.8;
 const ENLARGED: f64 = 1.6;
 /// Fewer ridge pixels teach nothing.
 const FEWEST: usize = 200;
+/// Width, in standard deviations, of an even band with a Gaussian's area and height: √(2π).
+const EQUIVALENT: f64 = 2.506_628_274_631;
 /// A colour this far from the roots' mean, in their deviations, squared, is not theirs: 97 % of a normal distribution.
 const REACH: f64 = 9.0;
 
@@ -86,9 +88,18 @@ impl RootColour {
     }
 }
 
-/// Places (y, x) of the ridge pixels of a photograph whose pixels stand out by `deviations` of their noise from a
+/// A pixel on a root's middle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ridge {
+    /// (y, x).
+    pub at: (usize, usize),
+    /// Width of the root, mm at the axis: what stands out across it, spread evenly at the middle's height, less the smoothing.
+    pub width_mm: f32,
+}
+
+/// The ridge pixels of a photograph whose pixels stand out by `deviations` of their noise from a
 /// background that is `sure`.
-pub fn ridge_pixels(deviations: &Array2<f32>, sure: &Array2<bool>, px_per_mm: f64) -> Vec<(usize, usize)> {
+pub fn ridge_pixels(deviations: &Array2<f32>, sure: &Array2<bool>, px_per_mm: f64) -> Vec<Ridge> {
     let (height, width) = deviations.dim();
     let z = smooth(deviations, SMOOTH_MM * px_per_mm);
     let straight = (BESIDE_MM * px_per_mm).round().max(2.0) as usize;
@@ -103,17 +114,20 @@ pub fn ridge_pixels(deviations: &Array2<f32>, sure: &Array2<bool>, px_per_mm: f6
             if here <= STANDS_OUT || !sure[[y, x]] {
                 continue;
             }
-            let stands_out = |dy: isize, dx: isize, beside: usize| {
+            let across = |dy: isize, dx: isize, beside: usize| {
                 let at = |n: isize| z[[y.wrapping_add_signed(n * dy), x.wrapping_add_signed(n * dx)]];
                 let beside = beside as isize;
-                here >= at(1) && here >= at(-1) && here - 2.0 * at(beside).max(at(-beside)) > STANDS_OUT
+                let ridge = here >= at(1) && here >= at(-1) && here - 2.0 * at(beside).max(at(-beside)) > STANDS_OUT;
+                let step = ((dy * dy + dx * dx) as f32).sqrt();
+                ridge.then(|| step * (-beside..=beside).map(|n| at(n).max(0.0)).sum::<f32>() / here)
             };
-            if stands_out(0, 1, straight)
-                || stands_out(1, 0, straight)
-                || stands_out(1, 1, diagonal)
-                || stands_out(1, -1, diagonal)
-            {
-                found.push((y, x));
+            // A slanting cut is longer than the root is wide: the narrowest counts.
+            let cuts = [(0, 1, straight), (1, 0, straight), (1, 1, diagonal), (1, -1, diagonal)];
+            let narrowest = cuts.into_iter().filter_map(|(dy, dx, beside)| across(dy, dx, beside)).reduce(f32::min);
+            if let Some(width_px) = narrowest {
+                let width_mm = f64::from(width_px) / px_per_mm;
+                let sharp = (width_mm * width_mm - (EQUIVALENT * SMOOTH_MM).powi(2)).max(0.0).sqrt();
+                found.push(Ridge { at: (y, x), width_mm: sharp as f32 });
             }
         }
     }
@@ -132,7 +146,9 @@ mod tests {
             edge.max(line)
         });
         let found = ridge_pixels(&deviations, &Array2::from_elem((60, 80), true), 2.3);
-        assert!(found.len() > 40 && found.iter().all(|&(y, _)| y.abs_diff(20) <= 1), "{found:?}");
+        assert!(found.len() > 40 && found.iter().all(|ridge| ridge.at.0.abs_diff(20) <= 1), "{found:?}");
+        // Three pixels at 2.3 px/mm.
+        assert!(found.iter().all(|ridge| (ridge.width_mm - 1.3).abs() < 0.4), "{found:?}");
     }
 
     #[test]

@@ -11,6 +11,7 @@ use super::fill::Areas;
 use super::mode::Colours;
 use super::noise::Noise;
 use super::roots::{Likeness, RootColour};
+use super::shorth::{normal_span, span};
 use crate::photo::Picture;
 use ndarray::{Array2, Array3, Axis, Zip};
 use rayon::prelude::*;
@@ -76,45 +77,34 @@ impl<'a> Group<'a> {
         }
     }
 
-    /// Noise deviation of each channel: of the views' colours about the shortest half of them, outliers trimmed.
+    /// Noise deviation of each channel, from the shortest half of the views at many pixels: the lower part of their spans, since
+    /// roots widen some.
     fn sigma(&self) -> [f32; 3] {
+        const RANK: f64 = 0.3;
         let (height, width) = self.size();
         let step = ((height * width) as f64 / 60_000.0).sqrt().ceil() as usize;
-        let mut residuals: [Vec<(f32, f32)>; 3] = Default::default();
+        let mut spans: [Vec<f32>; 3] = Default::default();
         let mut colours = Colours::default();
         for y in (0..height).step_by(step) {
             for x in (0..width).step_by(step) {
                 self.gather(y, x, [1.0; 3], &mut colours);
-                if colours.len() < usize::from(FEWEST) {
+                if colours.len() < self.members.len() {
                     continue;
                 }
-                for (c, residuals) in residuals.iter_mut().enumerate() {
+                for (c, spans) in spans.iter_mut().enumerate() {
                     let mut values: Vec<f32> = (0..colours.len()).map(|n| colours.get(n)[c]).collect();
                     values.sort_unstable_by(f32::total_cmp);
-                    let half = (values.len() / 2).max(2);
-                    let start = (0..=values.len() - half)
-                        .min_by(|&a, &b| {
-                            (values[a + half - 1] - values[a]).total_cmp(&(values[b + half - 1] - values[b]))
-                        })
-                        .unwrap_or(0);
-                    let (low, high) = (values[start], values[start + half - 1]);
-                    residuals.extend(values.iter().map(|v| (v - 0.5 * (low + high), high - low)));
+                    spans.push(span(&values));
                 }
             }
         }
-        residuals.map(|mut residuals| {
-            if residuals.is_empty() {
-                return 2.0;
-            }
-            let at = residuals.len() * 3 / 10;
-            // The shortest half of a normal distribution spans 1.349 deviations.
-            let mut sigma = (residuals.select_nth_unstable_by(at, |a, b| a.1.total_cmp(&b.1)).1.1 / 1.349).max(1.0);
-            for _ in 0..8 {
-                let inner = residuals.iter().filter(|r| r.0.abs() < 3.0 * sigma);
-                let (sum, count) = inner.fold((0.0f64, 0.0), |(s, n), r| (s + f64::from(r.0 * r.0), n + 1.0));
-                sigma = sigma.min(1.03 * (sum / f64::max(count, 1.0)).sqrt() as f32).max(0.5);
-            }
-            sigma
+        let of_noise = normal_span(self.members.len(), RANK).max(0.1);
+        spans.map(|mut spans| {
+            let at = (spans.len() as f64 * RANK) as usize;
+            let low =
+                if spans.is_empty() { 2.0 } else { *spans.select_nth_unstable_by(at, f32::total_cmp).1 / of_noise };
+            // Rounding to codes leaves no less.
+            low.max(0.6)
         })
     }
 
