@@ -23,7 +23,7 @@ impl Grid {
     /// (z = 0) down to `depth_mm` (exclusive): 171 x 171 x 180 for the paper's tank at 1 mm.
     ///
     /// # Errors
-    /// Where a length is not positive and finite, the depth exceeds the tank's height, or the grid would hold over 2³² voxels.
+    /// Where a length is not positive and finite, the depth exceeds the tank's height, or the grid would hold over 2³² voxels or be less than five across.
     pub fn of_tank(tank: &Tank, spacing_mm: f64, depth_mm: f64) -> Result<Self> {
         for (name, value) in [("grid.spacing", spacing_mm), ("grid.depth", depth_mm)] {
             if !(value.is_finite() && value > 0.0) {
@@ -40,6 +40,13 @@ impl Grid {
         if spacing_mm < FINEST_MM || voxels > f64::from(u32::MAX) {
             return Err(Error::usage(format!("grid.spacing = {spacing_mm:?} mm is too fine: {voxels:.1e} voxels"))
                 .help("raise it, or lower grid.depth; under 0.1 mm no photograph carries the detail"));
+        }
+        if half < 2.0 {
+            let across_mm = 2.0 * tank.inner_radius_mm();
+            return Err(Error::usage(format!(
+                "grid.spacing = {spacing_mm:?} mm is too coarse: the tank is {across_mm} mm wide inside"
+            ))
+            .help("a root is some voxels wide and the tank many: 0.3 to 1 mm is usual"));
         }
         let across = 2 * half as usize + 1;
         Ok(Self {
