@@ -3,8 +3,9 @@
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
 use super::progress::Display;
 use crate::error::{Error, Result};
-use crate::flow::{Engine, Graph, Inputs};
+use crate::flow::{Engine, Graph, Inputs, NodeId, Report};
 use crate::formats::picture;
+use crate::stages::evidence_pictures::KINDS;
 use crate::stages::render::Render;
 use crate::stages::render_patch::RenderPatch;
 use crate::study::graph;
@@ -24,6 +25,7 @@ pub struct Export {
 #[derive(Subcommand)]
 enum What {
     Slice(Slice),
+    Evidence(Evidence),
 }
 
 /// A horizontal slice of one view's volume: how the rays of that photograph run through the water.
@@ -60,9 +62,81 @@ impl Export {
     /// # Errors
     /// Faults of the study, an unknown photograph, a depth outside the grid.
     pub fn run(&self) -> Result<()> {
-        let What::Slice(slice) = &self.what;
-        slice.run()
+        match &self.what {
+            What::Slice(slice) => slice.run(),
+            What::Evidence(evidence) => evidence.run(),
+        }
     }
+}
+
+/// What one photograph tells of roots, pixel by pixel.
+///
+/// share: black is background, white is root. confidence: white is sure; black has no say, as where roots and background are
+/// alike, and takes no part in the merge. background: what is behind the roots, from the turn of the table or from the pixel's
+/// surroundings. All are black where the photograph does not look into the water. Setting report.evidence = true puts all of them into
+/// the results.
+///
+/// Example:
+///   rootvox export evidence pipelines/quickstart.toml --view 003.jpg -o share.png
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+struct Evidence {
+    #[command(flatten)]
+    study: StudyOptions,
+    /// Name of the photograph.
+    #[arg(long, value_name = "PHOTO")]
+    view: String,
+    /// share, confidence or background.
+    #[arg(long, value_name = "WHAT", default_value = "share", value_parser = KINDS)]
+    show: String,
+    /// The PNG to write.
+    #[arg(long, short, value_name = "FILE")]
+    out: PathBuf,
+    #[command(flatten)]
+    store: StoreOptions,
+    #[command(flatten)]
+    machine: MachineOptions,
+}
+
+impl Evidence {
+    fn run(&self) -> Result<()> {
+        let mut settings = Settings::load(&self.study.study, &self.study.set)?;
+        settings.report.evidence = true;
+        let mut graph = Graph::new();
+        let nodes = graph::add(&mut graph, &settings)?;
+        let view = numbered(&nodes.photos, &self.view)?;
+        let Some(&wanted) = nodes.evidence_pictures.get(view) else {
+            return Err(Error::usage("the study merges its photographs as they are: contrast.enabled is false")
+                .help("there is no share of root to show; leave contrast.enabled out"));
+        };
+        let report = computed(&graph, &[wanted], &self.store, &self.machine)?;
+        let bytes = report.artefact(wanted)?.bytes(&format!("{}.png", self.show))?;
+        std::fs::write(&self.out, bytes).map_err(|e| Error::io("write", &self.out, e))?;
+        eprintln!("{} written: {}", self.show, self.out.display());
+        Ok(())
+    }
+}
+
+/// Place of a photograph among those of the study.
+fn numbered(photos: &[String], view: &str) -> Result<usize> {
+    photos.iter().position(|photo| photo == view).ok_or_else(|| {
+        Error::usage(format!("the study has no photograph `{view}`"))
+            .help(format!("its photographs are {}", photos.join(", ")))
+    })
+}
+
+/// Brings nodes up to date, showing how far they are.
+fn computed(graph: &Graph, wanted: &[NodeId], store: &StoreOptions, machine: &MachineOptions) -> Result<Report> {
+    let store = store.open()?;
+    let display = Display::new(graph.labels());
+    let report = Engine::new(&store)
+        .threads(machine.threads())
+        .memory_bytes(machine.memory_bytes())
+        .cancel(super::cancel::flag()?)
+        .on_event(|event| display.show(event))
+        .run(graph, wanted)?;
+    display.finish();
+    Ok(report)
 }
 
 impl Slice {
@@ -70,10 +144,7 @@ impl Slice {
         let settings = Settings::load(&self.study.study, &self.study.set)?;
         let mut graph = Graph::new();
         let nodes = graph::add(&mut graph, &settings)?;
-        if !nodes.photos.contains(&self.view) {
-            return Err(Error::usage(format!("the study has no photograph `{}`", self.view))
-                .help(format!("its photographs are {}", nodes.photos.join(", "))));
-        }
+        numbered(&nodes.photos, &self.view)?;
         let grid = settings.grid;
         let plane = ((self.z - grid.origin_mm[2]) / grid.spacing_mm).round();
         if !(plane >= 0.0 && plane < grid.shape[0] as f64) {
@@ -88,15 +159,7 @@ impl Slice {
         }
         let of_view = |&(_, node): &(&str, &str)| graph.find(&format!("{node}/{}", self.view));
         let wanted = ports.iter().map(of_view).collect::<Result<Vec<_>>>()?;
-        let store = self.store.open()?;
-        let display = Display::new(graph.labels());
-        let report = Engine::new(&store)
-            .threads(self.machine.threads())
-            .memory_bytes(self.machine.memory_bytes())
-            .cancel(super::cancel::flag()?)
-            .on_event(|event| display.show(event))
-            .run(&graph, &wanted)?;
-        display.finish();
+        let report = computed(&graph, &wanted, &self.store, &self.machine)?;
         let input = |port: usize| Ok::<_, Error>((ports[port].0, vec![report.artefact(wanted[port])?]));
         let (tank, sizes) = (settings.tank, settings.render.sizes());
         let volume = match settings.render.method {

@@ -13,6 +13,7 @@ pub mod evaluate;
 pub mod evaluate_cameras;
 pub mod evaluate_roots;
 pub mod evidence;
+pub mod evidence_pictures;
 pub mod extract;
 pub mod hierarchy;
 pub mod labels;

@@ -24,6 +24,7 @@ const KNOWN: &[(&str, &str, &str)] = &[
     ("roots.swc", "text/plain", "Roots as SWC"),
     ("trait_spread.csv", "text/csv", "Spread of every trait over halves of the photographs"),
     ("calibration", "image/png", "How cameras and tank were found: mask, outlines, ring of cameras, uncertainties"),
+    ("evidence", "image/png", "Per photograph: what is behind the roots, the share of root, how sure it is"),
     ("slices", "image/png", "A horizontal slice of the volumes"),
     ("per_root.csv", "text/csv", "Traits of each root"),
     ("cameras.json", "application/json", "Lens and pose of every photograph"),

@@ -1,5 +1,6 @@
 //! A study's settings as a graph of nodes: what is computed from what.
 
+use super::evident::{self, Evident};
 use super::inputs::{CameraSource, Frame};
 use super::nodes::{CalibrationNodes, StudyNodes};
 use super::render::Method;
@@ -9,7 +10,6 @@ use crate::evaluation::ScoreParams;
 use crate::flow::{Graph, NodeId};
 use crate::report::page::preview_px;
 use crate::roots::traits::spread::halves;
-use crate::stages::background::Background;
 use crate::stages::camera::Camera;
 use crate::stages::cameras::Cameras;
 use crate::stages::capture::{Capture, photo_name};
@@ -17,7 +17,6 @@ use crate::stages::diameters::Diameters;
 use crate::stages::evaluate::Evaluate;
 use crate::stages::evaluate_cameras::EvaluateCameras;
 use crate::stages::evaluate_roots::EvaluateRoots;
-use crate::stages::evidence::Evidence;
 use crate::stages::extract::Extract;
 use crate::stages::hierarchy::Hierarchy;
 use crate::stages::labels::Labels;
@@ -48,20 +47,6 @@ use crate::stages::undistort::Undistort;
 use crate::stages::volume::Volume;
 use std::collections::BTreeMap;
 use std::path::Path;
-
-/// Adds the nodes that make of every undistorted photograph its share of root.
-fn evidence(graph: &mut Graph, s: &Settings, seen: &[Seen<'_>]) -> (Vec<NodeId>, NodeId) {
-    let (photos, cameras): (Vec<NodeId>, Vec<NodeId>) = seen.iter().map(|s| (s.1, s.2)).unzip();
-    let stage = Background { tank: s.tank.clone(), background: s.contrast.background, window_mm: s.contrast.window_mm };
-    let background = graph.add("background", stage, &[("photos", &photos), ("cameras", &cameras)]);
-    let evidence = |(view, &(name, photo, camera)): (usize, &Seen<'_>)| {
-        let stage =
-            Evidence { tank: s.tank.clone(), view, window_mm: s.contrast.window_mm, blur_mm: s.contrast.blur_mm };
-        let ports = [("photo", &[photo][..]), ("camera", &[camera]), ("background", &[background])];
-        graph.add(&format!("evidence/{name}"), stage, &ports)
-    };
-    (seen.iter().enumerate().map(evidence).collect(), background)
-}
 
 /// Adds the study to the graph.
 ///
@@ -138,12 +123,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
             graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
         seen.push((name, undistorted, camera));
     }
-    let (rendered, background) = if s.contrast.enabled {
-        let (evidence, background) = evidence(graph, s, &seen);
-        (evidence, vec![background])
-    } else {
-        (seen.iter().map(|v| v.1).collect(), Vec::new())
-    };
+    let Evident { rendered, background, pictures: evidence_pictures } = evident::add(graph, s, &seen);
     let views: Vec<NodeId> = seen
         .iter()
         .zip(rendered)
@@ -229,6 +209,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         root_lines,
         spread,
         slices,
+        evidence_pictures,
         score,
         roots_score,
         camera_errors,
@@ -245,7 +226,7 @@ struct Reconstruction {
 }
 
 /// A photograph's name, undistorted picture and camera.
-type Seen<'a> = (&'a String, NodeId, NodeId);
+pub(super) type Seen<'a> = (&'a String, NodeId, NodeId);
 
 /// Photographs to reconstruct from; the lists run alike.
 struct Photographs<'a> {

@@ -50,6 +50,8 @@ pub struct StudyNodes {
     pub spread: Option<NodeId>,
     /// Pictures of a slice, where the study asks for one.
     pub slices: Option<NodeId>,
+    /// Pictures of what each photograph tells of roots, where the study asks for them.
+    pub evidence_pictures: Vec<NodeId>,
     /// The score of the root voxels, where the truth is known.
     pub score: Option<NodeId>,
     /// The score of the traced roots, where the truth is known.
@@ -80,6 +82,7 @@ impl StudyNodes {
         targets.extend(&self.root_overlays);
         targets.extend(&self.previews);
         targets.extend(&self.root_lines);
+        targets.extend(&self.evidence_pictures);
         targets.extend(self.spread);
         targets
     }

@@ -11,6 +11,7 @@ use crate::calibration::Registration;
 use crate::error::Result;
 use crate::flow::Report;
 use crate::formats::{NamedView, cameras_json};
+use crate::stages::evidence_pictures;
 use crate::stages::pose_pictures::outline_name;
 use std::path::Path;
 
@@ -44,6 +45,12 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report, 
             fresh.put(report, overlay, "overlay.jpg", &overlay_path(photo, ""))?;
             fresh.put(report, roots, "roots.jpg", &overlay_path(photo, "-roots"))?;
             fresh.put(report, roots, "orders.jpg", &overlay_path(photo, "-orders"))?;
+        }
+        for (photo, &pictures) in nodes.photos.iter().zip(&nodes.evidence_pictures) {
+            for kind in evidence_pictures::KINDS {
+                let to = format!("evidence/{}-{kind}.png", stem(photo));
+                fresh.put(report, pictures, &format!("{kind}.png"), &to)?;
+            }
         }
         if let Some(spread) = nodes.spread {
             fresh.put(report, spread, "trait_spread.csv", "trait_spread.csv")?;
@@ -112,6 +119,10 @@ fn put_calibration(fresh: &Fresh, nodes: &StudyNodes, report: &Report) -> Result
 
 /// Where an overlay of a photograph lies in the results.
 fn overlay_path(photo: &str, kind: &str) -> String {
-    let stem = Path::new(photo).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-    format!("overlays/{stem}{kind}.jpg")
+    format!("overlays/{}{kind}.jpg", stem(photo))
+}
+
+/// A photograph's name without its ending.
+fn stem(photo: &str) -> String {
+    Path::new(photo).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
 }

@@ -70,6 +70,8 @@ impl Default for OverlaySection {
 pub struct ReportSection {
     /// Depth of a horizontal slice to show, mm below the rim.
     pub slice: Option<f64>,
+    /// Show per photograph what is behind the roots, the share of root, and how sure it is, in `evidence/`.
+    pub evidence: bool,
 }
 
 /// Where the photographs come from.

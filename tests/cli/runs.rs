@@ -137,3 +137,25 @@ fn a_slice_of_a_view_can_be_taken_out() {
     assert!(picture.pixels().any(|p| p.0 != [0; 3]), "the view sees something of the slice");
     assert_eq!(export("300"), Some(2));
 }
+
+#[test]
+fn what_a_view_tells_can_be_looked_at() {
+    let capture = Capture::new();
+    let export = |more: &[&str]| {
+        let mut command = rootvox();
+        command.current_dir(capture.path("")).args(["export", "evidence", "study.toml", "-o", "shown.png"]);
+        command.args(more).output().expect("runs").status.code()
+    };
+    for show in ["share", "confidence", "background"] {
+        assert_eq!(export(&["--view", "002.jpg", "--show", show]), Some(0), "{show}");
+        let picture = image::open(capture.path("shown.png")).expect("a picture").to_rgb8();
+        assert_eq!(picture.dimensions(), (160, 120));
+        let bright = picture.pixels().filter(|p| p.0[0] > 30).count();
+        assert!(bright > 50 && picture.get_pixel(0, 0).0 == [0; 3], "{show}: {bright}");
+    }
+    assert_eq!(export(&["--view", "none.jpg"]), Some(2));
+    assert_eq!(export(&["--view", "002.jpg", "--set", "contrast.enabled=false"]), Some(2));
+    capture.run(&["--set", "report.evidence=true"]).assert().success();
+    let shown = fs::read_dir(capture.path("results/tiny/evidence")).expect("a folder").count();
+    assert_eq!(shown, 18);
+}

@@ -1,7 +1,7 @@
 //! What a pixel knows of roots: their share of it, and how sure that is.
 //!
 //! The camera stands still and the table turns, so what is behind the roots is known: per pixel the mode of the views
-//! ([`mode`], [`room`]), after exposure and white balance are made alike ([`drift`]), for each group of views that see
+//! ([`room`]), after exposure and white balance are made alike ([`drift`]), for each group of views that see
 //! the same still room ([`still`]). Where the room does not stand still, or views are few, the background of a photograph
 //! is the median of a window around each pixel ([`window`]). Against either background B, with the roots' colour R
 //! learned from the photographs ([`roots`]) and their noise ([`noise`]), a pixel's colour x = a R + (1 - a) B gives

@@ -1,6 +1,6 @@
 //! The roots' colour, learned from the photographs.
 //!
-//! Ridge pixels teach it: they stand out from a background that is sure, more than what lies [`BESIDE_MM`] to either side of
+//! Ridge pixels teach it: they stand out from a background that is sure, more than what lies 2.2 mm to either side of
 //! them, so that edges of the room, shadows and leaves are left out, and a root's middle is taken rather than its
 //! half covered borders. Their mean and covariance are found by repeated trimming; the covariance is mostly shading, a long thin
 //! ellipsoid along the light.

@@ -8,7 +8,7 @@
 //!
 //! Where R and B are alike σ is large. The confidence is ½² / (½² + σ²): a half, between root and none, is told or not.
 //! What fits neither root nor background nor a mixture (a leaf, a coloured reflection, a highlight brighter than roots
-//! are shaded) is [`FOREIGN`] and has no say.
+//! are shaded) is foreign and has no say.
 //!
 //! A pixel that is [`FULL`] of root says no more by being brighter: width and shading are for the diameters to measure.
 

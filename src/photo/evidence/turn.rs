@@ -1,8 +1,8 @@
 //! The background that views of a still camera share, pixel by pixel.
 //!
-//! Per pixel the [`mode`](super::mode) of the views that look into the water there. Once the roots' colour is known, a mode
+//! Per pixel the most frequent colour of the views that look into the water there. Once the roots' colour is known, a mode
 //! that looks like root must be the majority. A pixel is sure where enough views share its mode; elsewhere, deep in a bush,
-//! the sure pixels around say what to expect ([`super::fill`]), and views that show it there confirm it: unconfirmed, the
+//! the sure pixels around say what to expect (their mean in a window), and views that show it there confirm it: unconfirmed, the
 //! pixel's variance is that between root and background, and it has hardly a say.
 
 use super::Codes;
