@@ -126,9 +126,12 @@ impl Stream {
     /// Rootness of a volume of `shape` (z, y, x) with voxels of the edge `spacing_mm`.
     ///
     /// # Errors
-    /// Where a parameter is out of range.
+    /// Where a parameter is out of range, or no scale is given.
     pub fn new(shape: [usize; 3], spacing_mm: f64, params: &Rootness) -> Result<Self> {
         params.check(spacing_mm)?;
+        if params.sigma.is_empty() {
+            return Err(Error::usage("rootness needs a scale").help("give rootness.sigma, in mm"));
+        }
         let scale = |sigma| (sigma / spacing_mm, Hessian::new((shape[1], shape[2]), sigma / spacing_mm));
         Ok(Self {
             shape,

@@ -21,7 +21,7 @@ fn whole(volume: &RootVolume, params: &Suppress) -> Ridges {
 fn the_crest_of_an_oblique_line_is_found_to_a_tenth_of_a_voxel() {
     let t = unit([0.3, 0.5, 0.8]);
     let p = [12.3, 11.8, 12.1];
-    let params = Rootness::default();
+    let params = Rootness { sigma: vec![1.0], ..Rootness::default() };
     let volume = rootness(line((24, 24, 24), p, t).view(), 1.0, &params).unwrap();
     for tangent in [Tangent::Directions13, Tangent::Continuous] {
         let ridges = whole(&volume, &Suppress { tangent });
