@@ -5,6 +5,7 @@ pub mod crossing;
 pub mod crown;
 pub mod curve;
 pub mod diameter;
+pub mod explain;
 pub mod extend;
 pub mod hierarchy;
 pub mod ink;

@@ -14,6 +14,7 @@ pub mod evaluate_cameras;
 pub mod evaluate_roots;
 pub mod evidence;
 pub mod evidence_pictures;
+pub mod explain;
 pub mod extract;
 pub mod hierarchy;
 pub mod labels;

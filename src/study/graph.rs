@@ -17,6 +17,7 @@ use crate::stages::diameters::Diameters;
 use crate::stages::evaluate::Evaluate;
 use crate::stages::evaluate_cameras::EvaluateCameras;
 use crate::stages::evaluate_roots::EvaluateRoots;
+use crate::stages::explain::Explain;
 use crate::stages::extract::Extract;
 use crate::stages::hierarchy::Hierarchy;
 use crate::stages::labels::Labels;
@@ -124,16 +125,15 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         seen.push((name, undistorted, camera));
     }
     let Evident { rendered, background, pictures: evidence_pictures } = evident::add(graph, s, &seen);
+    let evidence: &[NodeId] = if s.contrast.enabled { &rendered } else { &[] };
     let views: Vec<NodeId> = seen
         .iter()
-        .zip(rendered)
-        .map(|(&(name, _, camera), photo)| rendered_view(graph, s, name, photo, camera, is_virtual))
+        .zip(&rendered)
+        .map(|(&(name, _, camera), &photo)| rendered_view(graph, s, name, photo, camera, is_virtual))
         .collect();
-    let own =
-        reconstruct(graph, s, &Photographs { files: &files, seen: &seen, views: &views, background: &background }, "");
-    let Reconstruction { merged, rootness, extract, system, traits } = own;
-    let spread =
-        spread(graph, s, &Photographs { files: &files, seen: &seen, views: &views, background: &background }, traits)?;
+    let all = Photographs { files: &files, seen: &seen, views: &views, background: &background, evidence };
+    let Reconstruction { merged, rootness, extract, system, traits } = reconstruct(graph, s, &all, "");
+    let spread = spread(graph, s, &all, traits)?;
     let root_overlays = seen
         .iter()
         .map(|&(name, photo, camera)| {
@@ -235,6 +235,8 @@ struct Photographs<'a> {
     views: &'a [NodeId],
     /// What is behind the roots, where it is learned.
     background: &'a [NodeId],
+    /// Shares of root, where they are.
+    evidence: &'a [NodeId],
 }
 
 /// From rendered views to traits; `draw` is added to the names of the nodes.
@@ -254,9 +256,17 @@ fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &s
     let extract = graph.add(&name("extract"), extract, &[("ridges", &[ridges])]);
     let trace = Trace { grid: s.grid, params: s.trace.clone() };
     let ports = [("ridges", &[ridges][..]), ("rootness", &[rootness])];
+    let cameras: Vec<NodeId> = from.seen.iter().map(|v| v.2).collect();
+    // What photographs need of the candidates is traced anew, so that nothing is joined over what they do not.
+    let explained = (s.explain.enabled && !from.evidence.is_empty()).then(|| {
+        let candidates = graph.add(&name("candidates"), trace.clone(), &ports);
+        let stage = Explain { tank: s.tank.clone(), blur_mm: s.contrast.blur_mm, params: s.explain.clone() };
+        let ports = [("pieces", &[candidates][..]), ("evidence", from.evidence), ("cameras", &cameras)];
+        graph.add(&name("explain"), stage, &ports)
+    });
+    let ports = [ports[0], ports[1], ("explained", explained.as_slice())];
     let traced = graph.add(&name("trace"), trace, &ports);
     let measured = if s.diameters.enabled {
-        let cameras: Vec<NodeId> = from.seen.iter().map(|v| v.2).collect();
         let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
         let ports =
             [("pieces", &[traced][..]), ("photos", from.files), ("cameras", &cameras), ("background", from.background)];
@@ -289,7 +299,9 @@ fn spread(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, traits: NodeI
         let pick = |list: &[NodeId]| half.iter().map(|&v| list[v]).collect::<Vec<_>>();
         let seen: Vec<Seen<'_>> = half.iter().map(|&v| from.seen[v]).collect();
         let (files, views) = (pick(from.files), pick(from.views));
-        let half = Photographs { files: &files, seen: &seen, views: &views, background: from.background };
+        let evidence = if from.evidence.is_empty() { Vec::new() } else { pick(from.evidence) };
+        let background = from.background;
+        let half = Photographs { files: &files, seen: &seen, views: &views, background, evidence: &evidence };
         draws.push(reconstruct(graph, s, &half, &format!("/half-{}", n + 1)).traits);
     }
     Ok(Some(graph.add("spread", Spread {}, &[("traits", &[traits][..]), ("draws", &draws)])))

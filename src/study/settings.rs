@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::optics::Tank;
 use crate::photo::evidence::ContrastParams;
 use crate::roots::diameter::DiameterParams;
+use crate::roots::explain::ExplainParams;
 use crate::roots::traits::TraitParams;
 use crate::roots::{HierarchyParams, TraceParams};
 use crate::simulation::{CaptureParams, GrowthParams, MisjudgeParams};
@@ -122,6 +123,8 @@ pub struct Settings {
     pub extract: Hysteresis,
     /// `[trace]`.
     pub trace: TraceParams,
+    /// `[explain]`.
+    pub explain: ExplainParams,
     /// `[diameters]`.
     pub diameters: DiameterParams,
     /// `[hierarchy]`.
@@ -176,6 +179,7 @@ const SECTIONS: &[&str] = &[
     "suppress",
     "extract",
     "trace",
+    "explain",
     "diameters",
     "hierarchy",
     "traits",
@@ -221,6 +225,7 @@ impl Settings {
         let suppress: Suppress = file.section("suppress");
         let extract: Hysteresis = file.section("extract");
         let trace: TraceParams = file.section("trace");
+        let explain: ExplainParams = file.section("explain");
         let diameters: DiameterParams = file.section("diameters");
         let hierarchy: HierarchyParams = file.section("hierarchy");
         let traits: TraitParams = file.section("traits");
@@ -234,6 +239,7 @@ impl Settings {
             merge.check(),
             extract.check("extract"),
             trace.hysteresis().check("trace"),
+            explain.check(),
             rootness.check(grid.spacing.unwrap_or(f64::NAN)),
             overlay.check(),
         ];
@@ -295,6 +301,7 @@ impl Settings {
             suppress,
             extract,
             trace,
+            explain,
             diameters,
             hierarchy,
             traits,
