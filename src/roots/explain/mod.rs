@@ -7,16 +7,15 @@
 //!
 //! - **Beads** ([`beads`]): every traced piece as points half a millimetre apart; each photograph's look at each bead with the share
 //!   of root that it shows there ([`look`]).
-//! - **Model** ([`model`]): all kept beads drawn into a photograph as opaque tubes, blurred ([`cover`]); per pixel the two pieces that
-//!   cover most of it, so that what the *others* explain is known for each piece.
+//! - **Tubes** ([`tubes`]): beads drawn into a photograph as opaque tubes, blurred ([`cover`]).
 //! - **Widths** ([`width`]) from the photographs' own shares, first from their narrowest views, then from those past all other roots.
-//! - **Gain** ([`gain`]): with the share `m` that a photograph shows at a bead, the share `o` that others account for and the share
-//!   `e` that the bead would, the bead gains `[(m − o)² − (m − max(o, e))²] / 2 s²`: a logarithm of likelihood, limited per photograph
-//!   and weighted with its confidence. A photograph in which the bead hides behind others says nothing.
-//! - **Choice** ([`choose`]): a description should be short. A step of a root costs what `photographs` of them can tell for it, an
-//!   end costs `end` of what all can. Per piece the stretches that gain most beyond their cost stay ([`stretch`], by dynamic
-//!   programming). From all candidates the worst leave first, round by round, since what they hid then needs the others the
-//!   more; at last those that left come back where they are needed, and go again where not.
+//! - **Overlap** ([`overlap`]): with the share `m` that a photograph shows at a bead, the share `o` that others account for and the
+//!   share `e` that the bead would, it tells `[(m − o)² − (m − max(o, e))²] / 2 s²` for the bead: a logarithm of likelihood,
+//!   limited and weighted with its confidence, at the bead's middle and at its sides, so that a tube beside its root tells
+//!   less than one in it. A photograph in which the bead hides behind others says nothing.
+//! - **Choice** ([`choose`], [`gain`], [`stretch`]): a description should be short. A step of a root costs what `photographs` of them can tell
+//!   for it, an end of a piece costs `end` of what all can, and breaking a piece costs `cut` of it at either end. The set of
+//!   stretches that is worth most is sought as a whole, by mean field with falling heat and an exchange piece by piece.
 //!
 //! Reason of the costs: two-part description length (Rissanen 1978). As in difference matting the photographs' shares are
 //! measurements; the model is that of opaque tubes, which roots in water are.
@@ -26,9 +25,13 @@ pub mod choose;
 pub mod cover;
 pub mod gain;
 pub mod look;
-pub mod model;
+pub mod overlap;
 pub mod stretch;
+pub mod tubes;
 pub mod width;
+
+#[cfg(test)]
+mod tests;
 
 use super::link::tree_of;
 use super::ridge::RidgePoint;
@@ -53,13 +56,15 @@ pub struct ExplainParams {
     pub photographs: f64,
     /// ... and more than this share of all photographs, 0 to 1: the more look, the more are wrong by chance.
     pub share: f64,
-    /// An end of a root costs as much as a step that this share of all photographs needs, 0 to 100: roots are rather long than many.
+    /// An end of a piece costs as much as a step that this share of all photographs needs, 0 to 100: roots are rather long than many.
     pub end: f64,
+    /// An end within a piece costs so much: a ridge breaks off where photographs speak against it, not where they tell little.
+    pub cut: f64,
 }
 
 impl Default for ExplainParams {
     fn default() -> Self {
-        Self { enabled: true, photographs: 1.5, share: 0.06, end: 0.5 }
+        Self { enabled: true, photographs: 1.5, share: 0.06, end: 0.25, cut: 1.0 }
     }
 }
 
@@ -69,7 +74,12 @@ impl ExplainParams {
     /// # Errors
     /// All faults at once.
     pub fn check(&self) -> Result<()> {
-        let ranges = [("photographs", self.photographs, 100.0), ("share", self.share, 1.0), ("end", self.end, 100.0)];
+        let ranges = [
+            ("photographs", self.photographs, 100.0),
+            ("share", self.share, 1.0),
+            ("end", self.end, 100.0),
+            ("cut", self.cut, 100.0),
+        ];
         let faults = ranges.into_iter().filter(|(_, value, most)| !(0.0..=*most).contains(value));
         Error::many(
             faults

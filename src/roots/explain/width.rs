@@ -7,7 +7,7 @@
 
 use super::beads::Chain;
 use super::look::{Look, Looking, read};
-use super::model::Model;
+use super::tubes::Tubes;
 use crate::math::robust::median;
 use nalgebra::Vector2;
 use rayon::prelude::*;
@@ -49,8 +49,8 @@ fn radii(chain: &Chain, looking: &[Looking<'_>], quantile: f64, known: Option<(&
     let views: Vec<Vec<Option<f32>>> = looking
         .par_iter()
         .map(|looking| {
-            let model = known.map(|(kept, radius_mm)| Model::new(looking, chain, kept, radius_mm));
-            let radius = |b: usize| radius_mm(looking, looking.looks[b].as_ref()?, model.as_ref(), chain.piece[b]);
+            let tubes = known.map(|(kept, radius_mm)| Tubes::new(looking, chain, radius_mm, |b| kept[b]));
+            let radius = |b: usize| radius_mm(looking, looking.looks[b].as_ref()?, tubes.as_ref(), chain.piece[b]);
             (0..chain.len()).map(radius).collect()
         })
         .collect();
@@ -77,10 +77,8 @@ fn radii(chain: &Chain, looking: &[Looking<'_>], quantile: f64, known: Option<(&
 }
 
 /// Radius that one photograph shows, mm; none where others cover the root or run into it.
-fn radius_mm(looking: &Looking<'_>, look: &Look, model: Option<&Model>, piece: u32) -> Option<f32> {
-    let theirs = |at: Vector2<f32>| {
-        model.is_some_and(|model| model.others(at.y.round() as usize, at.x.round() as usize, piece) > THEIRS)
-    };
+fn radius_mm(looking: &Looking<'_>, look: &Look, tubes: Option<&Tubes<'_, '_>>, piece: u32) -> Option<f32> {
+    let theirs = |at: Vector2<f32>| tubes.is_some_and(|tubes| tubes.others(at, piece).any(|(_, share)| share > THEIRS));
     if look.share < MIDDLE || theirs(look.pixel) {
         return None;
     }

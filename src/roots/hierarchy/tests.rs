@@ -36,6 +36,7 @@ fn pieces(pieces: Vec<TracedRoot>, ties: Vec<Tie>) -> Pieces {
         ties,
         out_of_sight: Vec::new(),
         repairs: Vec::new(),
+        explained: false,
     }
 }
 
