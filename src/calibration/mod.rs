@@ -16,5 +16,5 @@ pub mod similarity;
 pub mod sparse;
 pub mod start;
 
-pub use register::{Edge, Method, RegisterParams, Registration, register};
+pub use register::{Edge, LensPrior, Method, RegisterParams, Registration, register};
 pub use sparse::SparseModel;

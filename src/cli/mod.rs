@@ -11,6 +11,7 @@ mod doctor;
 mod evaluate;
 mod explain;
 mod export;
+mod export_cameras;
 mod options;
 mod progress;
 mod reach;
