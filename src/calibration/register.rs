@@ -255,7 +255,8 @@ fn together(
         adjusted = adjust::adjust(&network, &now, &params.adjust)?;
     }
     let adjustment = Adjustment::of(&network, &adjusted);
-    warn(&network, &adjustment, photos.len(), &mut registration.warnings);
+    let names: Vec<&str> = model.views.iter().map(|view| view.file.as_str()).collect();
+    warn(&network, &adjustment, &names, &mut registration.warnings);
     let Adjusted { views, points_mm, misses_px, .. } = adjusted;
     let edge = |(o, miss): (&adjust::OutlinePoint, &[f64; 2])| Edge { view: o.view, u: o.u, v: o.v, miss_px: *miss };
     registration.edges = network.outline.iter().zip(&misses_px).map(edge).collect();

@@ -247,7 +247,8 @@ fn an_axis_beside_the_tanks_is_found_and_its_derivatives_agree_with_differences(
     let state = poses(&truth().iter().map(beside).collect::<Vec<_>>());
     let axis = Axis::fitted(&state, 90.0);
     let play = axis.play(&state);
-    let found = axis.turning(&play);
+    let found = axis.turning(&play, &state);
+    assert_eq!(found.bump, None);
     assert!(play.wobble < 1e-9 && play.play_mm < 1e-7, "{play:?}");
     assert!((found.tilt_deg.to_radians() - 0.02).abs() < 1e-6, "{found:?}");
     // At half the height the leaning has moved it by 90 sin 0.02 more, across.
@@ -273,6 +274,22 @@ fn an_axis_beside_the_tanks_is_found_and_its_derivatives_agree_with_differences(
             assert!((numeric - analytic).norm() < 1e-4 * (1.0 + analytic.norm()), "{part} {k}: {numeric} {analytic}");
         }
     }
+}
+
+#[test]
+fn a_bump_is_found_where_it_was() {
+    let bumped = |view: usize, moved_mm: f64| {
+        let mut views = truth();
+        for v in &mut views[view..] {
+            v.translation_mm.y += moved_mm;
+        }
+        let state = poses(&views);
+        let axis = Axis::fitted(&state, 90.0);
+        axis.turning(&axis.play(&state), &state).bump
+    };
+    let found = bumped(5, 1.5).unwrap();
+    assert!(found.view == 5 && (found.moved_mm - 1.5).abs() < 0.01 && found.turned_deg < 0.01, "{found:?}");
+    assert_eq!(bumped(5, 0.01), None);
 }
 
 #[test]
