@@ -6,6 +6,7 @@
 
 pub mod adjust;
 pub mod chamfer;
+pub mod check;
 mod height;
 pub mod masks;
 pub mod outline;
