@@ -32,7 +32,6 @@ fn pixels_are_those_of_opencv() {
             let found = lens.direction(u, v);
             back = back.max((found.0 - x).abs()).max((found.1 - y).abs());
         }
-        println!("{name}: {} points, {forward:.1e} px forward, {back:.1e} back", points.len());
         assert!(forward < 1e-6 && back < 1e-9, "{name}: {forward} px, {back}");
     }
 }

@@ -77,7 +77,7 @@ mod tests {
     fn print(cell: usize, sigma: f64) -> Picture {
         let value = |y: usize, x: usize| {
             let hash = (y / cell * 7919 + x / cell * 104_729 + 13).wrapping_mul(2_654_435_761) >> 16;
-            if hash % 2 == 0 { 40.0 } else { 210.0 }
+            if hash.is_multiple_of(2) { 40.0 } else { 210.0 }
         };
         let reach = (4.0 * sigma).ceil() as isize;
         let weight = |d: isize| if sigma > 0.0 { (-0.5 * (d as f64 / sigma).powi(2)).exp() } else { 1.0 };

@@ -263,7 +263,7 @@ mod tests {
             let bits = (cell.wrapping_add(1)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
             let bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            if (bits ^ (bits >> 31)) % 2 == 0 { 60.0 } else { 200.0 }
+            if (bits ^ (bits >> 31)).is_multiple_of(2) { 60.0 } else { 200.0 }
         })
     }
 

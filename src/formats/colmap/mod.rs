@@ -13,7 +13,7 @@ use crate::calibration::sparse::{Sighting, SparseModel, SparsePoint, SparseView}
 use crate::error::{Error, Result};
 use crate::optics::{Lens, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A camera entry as the files give it.
 #[derive(Debug, Clone, PartialEq)]
@@ -187,16 +187,15 @@ pub fn from_sparse(sparse: &SparseModel) -> Result<Model> {
 
 /// The lens of every camera that these images name.
 fn lenses(model: &Model, images: &[&Image]) -> Result<BTreeMap<u32, Lens>> {
-    let mut lenses = BTreeMap::new();
-    for id in images.iter().map(|i| i.camera_id) {
-        if !lenses.contains_key(&id) {
-            let camera = model.cameras.iter().find(|c| c.id == id).ok_or_else(|| {
+    let ids: BTreeSet<u32> = images.iter().map(|i| i.camera_id).collect();
+    let lens = |id| {
+        let camera =
+            model.cameras.iter().find(|c| c.id == id).ok_or_else(|| {
                 Error::failed(format!("the COLMAP model's images name camera {id}, which cameras lacks"))
             })?;
-            lenses.insert(id, lens::from_camera(camera)?);
-        }
-    }
-    Ok(lenses)
+        Ok((id, lens::from_camera(camera)?))
+    };
+    ids.into_iter().map(lens).collect()
 }
 
 #[cfg(test)]
