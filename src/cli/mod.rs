@@ -6,11 +6,13 @@
 mod belt;
 mod cache;
 mod cancel;
+mod check;
 pub mod complaint;
 mod doctor;
 mod evaluate;
 mod explain;
 mod export;
+mod export_cameras;
 mod options;
 mod progress;
 mod reach;
@@ -44,6 +46,7 @@ enum Command {
     Rerun(rerun::Rerun),
     Status(status::Status),
     Why(why::Why),
+    Check(check::Check),
     Simulate(simulate::Simulate),
     Evaluate(evaluate::Evaluate),
     Belt(belt::Belt),
@@ -62,6 +65,7 @@ pub fn run() -> Result<()> {
         Command::Rerun(c) => c.run(),
         Command::Status(c) => c.run(),
         Command::Why(c) => c.run(),
+        Command::Check(c) => c.run(),
         Command::Simulate(c) => c.run(),
         Command::Evaluate(c) => c.run(),
         Command::Belt(c) => c.run(),

@@ -8,6 +8,7 @@ pub mod gltf;
 pub mod json;
 pub mod metashape;
 pub mod ome_zarr;
+pub mod opencv_lens;
 pub mod photograph;
 pub mod picture;
 pub mod ply;
@@ -17,5 +18,6 @@ pub mod rsml;
 pub mod swc;
 pub mod tables;
 pub mod tank_json;
+pub mod transforms_json;
 
 pub use cameras_json::NamedView;

@@ -121,7 +121,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     for (name, &photo) in photos.iter().zip(&files) {
         let camera = graph.add(&format!("camera/{name}"), Camera { photo: name.clone() }, &[("cameras", &[cameras])]);
         let undistorted =
-            graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
+            graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("camera", &[camera])]);
         seen.push((name, undistorted, camera));
     }
     let Evident { rendered, background, pictures: evidence_pictures } = evident::add(graph, s, &seen);
@@ -339,6 +339,7 @@ fn registered(
     files: &[NodeId],
     known: Option<&[NodeId]>,
 ) -> (NodeId, Option<CalibrationNodes>) {
+    let lens: Vec<NodeId> = s.cameras.lens.iter().map(|path| graph.file("lens-file", s.input_dir.join(path))).collect();
     let given: Vec<NodeId> = s.mask_picture.iter().map(|path| graph.file("mask-file", path)).collect();
     let mask = graph.add("sfm-mask", SfmMask { params: s.mask.clone() }, &[("photos", files), ("given", &given)]);
     let photos = names.to_vec();
@@ -349,11 +350,11 @@ fn registered(
         }
         None => {
             let stage = Sfm { photos: photos.clone(), program: installed(), params: s.sfm.clone() };
-            graph.add("sfm", stage, &[("photos", files), ("mask", &[mask])])
+            graph.add("sfm", stage, &[("photos", files), ("mask", &[mask]), ("lens", &lens)])
         }
     };
     let pose = Pose { tank: s.tank.clone(), photos: photos.clone(), params: s.pose.clone() };
-    let pose = graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files)]);
+    let pose = graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files), ("lens", &lens)]);
     let pictures = PosePictures { tank: s.tank.clone(), print_thickness_mm: s.pose.print_thickness_mm, photos };
     let pictures = graph.add("pose-pictures", pictures, &[("pose", &[pose]), ("photos", files)]);
     (pose, Some(CalibrationNodes { mask, pose, pictures }))

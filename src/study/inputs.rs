@@ -68,9 +68,12 @@ pub enum Frame {
 pub struct Cameras {
     /// `file` or `sfm`.
     pub source: CameraSource,
-    /// With `file`: a `cameras.json`, a cameras XML of Metashape or the folder of a COLMAP model, relative to
-    /// `photos.dir`.
+    /// With `file`: a `cameras.json`, a `transforms.json`, a cameras XML of Metashape or the folder of a COLMAP model,
+    /// relative to `photos.dir`.
     pub path: String,
+    /// With `sfm`: the lens where it is known, a calibration by OpenCV or ROS (YAML or JSON), relative to `photos.dir`; it then
+    /// stays as it is. Found with the poses when absent.
+    pub lens: Option<String>,
     /// With `file`: whether its poses are in the `tank` frame already, or in a `free` one.
     pub frame: Frame,
 }
@@ -96,7 +99,7 @@ impl Cameras {
 
 impl Default for Cameras {
     fn default() -> Self {
-        Self { source: CameraSource::File, path: "cameras.json".into(), frame: Frame::Tank }
+        Self { source: CameraSource::File, path: "cameras.json".into(), lens: None, frame: Frame::Tank }
     }
 }
 

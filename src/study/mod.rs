@@ -14,7 +14,7 @@ mod kept;
 pub mod lock;
 pub mod nodes;
 pub mod page;
-mod photographs;
+pub mod photographs;
 pub mod render;
 pub mod rerun;
 pub mod results;

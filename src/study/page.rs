@@ -118,7 +118,7 @@ fn photographs(nodes: &StudyNodes, report: &Report, views: &[View]) -> Result<Ve
         .map(|(((name, view), from_deg), (&preview, &lines))| {
             Ok(Photograph {
                 name: name.clone(),
-                size_px: [view.lens.width, view.lens.height],
+                size_px: [view.lens.ideal().width, view.lens.ideal().height],
                 from_deg,
                 jpeg: report.artefact(preview)?.bytes("preview.jpg")?,
                 lines: report.artefact(lines)?.json("lines")?,

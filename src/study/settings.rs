@@ -254,6 +254,12 @@ impl Settings {
                     .help("leave it out, or set cameras.source = \"file\""),
             );
         }
+        if cameras.lens.is_some() && cameras.source == CameraSource::File {
+            file.refuse(
+                Error::usage("cameras.lens has no effect on cameras from a file, which have their lenses")
+                    .help("leave it out, or set cameras.source = \"sfm\""),
+            );
+        }
         let mut resolved = file.finish(SECTIONS)?;
 
         let input_dir = clean(&origin.base.join(&photos.dir));

@@ -1,6 +1,7 @@
 //! The program as its users meet it: exit codes, messages, and what is left on disk.
 
 mod bad_input;
+mod cameras;
 mod capture;
 mod care;
 mod explain;

@@ -6,7 +6,7 @@
 
 mod data;
 mod findings;
-mod html;
+pub(in crate::report) mod html;
 mod library;
 mod photographs;
 mod projection;
