@@ -2,7 +2,9 @@
 
 use super::clean_path::clean;
 use super::document::{Document, Resolved, Sources, note};
-use super::inputs::{CameraSource, Cameras, GridSection, Photos, StudySection, TankSection, TrueTank, Truth};
+use super::inputs::{
+    CameraSource, Cameras, CorrectionsSection, GridSection, Photos, StudySection, TankSection, TrueTank, Truth,
+};
 use super::photographs::{self, Found};
 use super::render::RenderSection;
 use super::scale;
@@ -126,6 +128,10 @@ pub struct Settings {
     pub diameters: DiameterParams,
     /// `[hierarchy]`.
     pub hierarchy: HierarchyParams,
+    /// `[corrections]`.
+    pub corrections: CorrectionsSection,
+    /// The file of corrections, where there is one.
+    pub corrections_file: Option<PathBuf>,
     /// `[traits]`.
     pub traits: TraitParams,
     /// `[overlay]`.
@@ -146,15 +152,20 @@ pub(super) struct Origin {
     name: String,
     /// Folder that `photos.dir` starts from.
     base: PathBuf,
+    /// Folder that `corrections.file` starts from.
+    corrections: PathBuf,
 }
 
 impl Origin {
     /// A folder named on the command line starts from where the user stands, one named in the file from the file.
     pub(super) fn of(path: &Path, overrides: &[String]) -> Self {
-        let from_command = overrides.iter().any(|o| o.trim_start().starts_with("photos.dir"));
-        let base = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
+        let start = |setting: &str| {
+            let from_command = overrides.iter().any(|o| o.trim_start().starts_with(setting));
+            let folder = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
+            folder.to_owned()
+        };
         let name = path.file_stem().map_or("study".into(), |s| s.to_string_lossy().into());
-        Self { name, base: base.to_owned() }
+        Self { name, base: start("photos.dir"), corrections: start("corrections.file") }
     }
 }
 
@@ -178,6 +189,7 @@ const SECTIONS: &[&str] = &[
     "trace",
     "diameters",
     "hierarchy",
+    "corrections",
     "traits",
     "overlay",
     "report",
@@ -223,6 +235,7 @@ impl Settings {
         let trace: TraceParams = file.section("trace");
         let diameters: DiameterParams = file.section("diameters");
         let hierarchy: HierarchyParams = file.section("hierarchy");
+        let corrections: CorrectionsSection = file.section("corrections");
         let traits: TraitParams = file.section("traits");
         let overlay: OverlaySection = file.section("overlay");
         let report: ReportSection = file.section("report");
@@ -236,6 +249,7 @@ impl Settings {
             trace.hysteresis().check("trace"),
             rootness.check(grid.spacing.unwrap_or(f64::NAN)),
             overlay.check(),
+            corrections.check(),
         ];
         for checked in checks.into_iter().chain(simulated_as.into_iter().filter(|_| simulated)) {
             if let Err(e) = checked {
@@ -297,6 +311,8 @@ impl Settings {
             trace,
             diameters,
             hierarchy,
+            corrections_file: corrections.file.as_ref().map(|file| clean(&origin.corrections.join(file))),
+            corrections,
             traits,
             overlay,
             report,

@@ -3,6 +3,7 @@
 mod bad_input;
 mod capture;
 mod care;
+mod corrections;
 mod explain;
 mod figure6;
 mod kill;

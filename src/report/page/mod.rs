@@ -4,6 +4,7 @@
 //! stand in it as JSON; plotly.js, embedded whole, draws the view in space and the plots from it, and `script/` ties them to
 //! the tables and photographs. Nothing is loaded: the page's own policy forbids it. Equal values give equal bytes.
 
+mod corrections;
 mod data;
 mod findings;
 mod html;
@@ -14,6 +15,7 @@ mod provenance;
 mod repaired;
 mod tables;
 
+pub use corrections::Corrected;
 pub use findings::{CameraOrigin, Evidence, Warning, directions};
 pub use photographs::Photograph;
 pub use provenance::Provenance;
@@ -46,6 +48,8 @@ pub struct Page<'a> {
     pub evidence: Evidence<'a>,
     /// The photographs in capture order.
     pub photographs: &'a [Photograph],
+    /// What a person corrected.
+    pub corrections: Option<Corrected<'a>>,
     /// How the result was made.
     pub provenance: Provenance<'a>,
 }
@@ -109,6 +113,9 @@ impl Page<'_> {
         findings::section(&self.evidence, self.system, self.traits, &mut t);
         self.space(&mut t);
         tables::traits(self.traits, self.spread, &mut t);
+        if let Some(corrected) = &self.corrections {
+            corrections::section(corrected, self.traits, &mut t);
+        }
         t.push_str(PLOTS);
         photographs::section(self.photographs, &mut t);
         tables::roots(self.per_root, &mut t);
