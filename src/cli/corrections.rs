@@ -65,6 +65,7 @@ impl Corrections {
 }
 
 impl FromRsml {
+    #[expect(clippy::print_stdout, reason = "the corrections are the data")]
     fn run(&self) -> Result<()> {
         let text = std::fs::read_to_string(&self.rsml).map_err(|e| Error::io("read", &self.rsml, e))?;
         let reading = rsml::read(&self.rsml.display().to_string(), &text)?;

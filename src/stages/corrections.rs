@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::{corrections_toml, tables};
 use crate::optics::{Tank, View, trace};
+use crate::roots::correction::evidence::Evidence;
 use crate::roots::correction::{Change, CorrectionParams, Sighting, World, correct};
 use crate::roots::{Field, RootSystem};
 use crate::volume::Grid;
@@ -28,7 +29,7 @@ pub struct Corrections {
 
 impl Stage for Corrections {
     const NAME: &'static str = "corrections";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn peak_bytes(&self) -> u64 {
         self.grid.len() as u64 * 4
@@ -54,8 +55,9 @@ impl Stage for Corrections {
         // The volume is read only where it is asked.
         let adds = list.iter().any(|c| matches!(c.change, Change::Add { .. })) && self.params.snap_mm > 0.0;
         let rootness = adds.then(|| read3::<f32>(inputs.one("rootness")?, "rootness")).transpose()?;
-        let rootness = rootness.as_ref().map(|r| Field { grid: self.grid, rootness: r.view() });
-        let (system, outcomes) = correct(system, &list, &World { ray: &ray, rootness, params: self.params })?;
+        let field = rootness.as_ref().map(|r| Field { grid: self.grid, rootness: r.view() });
+        let evidence = field.map(|field| Evidence::new(field, &system.roots));
+        let (system, outcomes) = correct(system, &list, &World { ray: &ray, evidence, params: self.params })?;
         for (n, outcome) in outcomes.iter().enumerate().filter(|(_, o)| !o.applied) {
             output.warn(format!("correction {} was not applied: {}", n + 1, outcome.told()));
         }

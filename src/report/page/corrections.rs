@@ -46,7 +46,7 @@ pub fn section(corrected: &Corrected<'_>, traits: &[Trait], t: &mut String) {
             let before = corrected.traced.iter().find(|b| b.name == x.name)?.value;
             let same = before == x.value || (before.is_nan() && x.value.is_nan());
             let meaning = glossary::of_trait(&x.name)?;
-            (!same).then(|| (meaning.label, meaning.unit, before, x.value))
+            (!same).then_some((meaning.label, meaning.unit, before, x.value))
         })
         .collect();
     if changed.is_empty() {

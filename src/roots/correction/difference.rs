@@ -1,13 +1,14 @@
 //! The corrections that make wanted roots of traced ones: what a person changed in another program.
 //!
 //! Every point of a traced root belongs to the wanted root nearest to it, or to none where none is within [`NEAR_MM`]; stretches
-//! shorter than [`LEAST_MM`], at tips than [`TIP_MM`], go with their neighbours. In this order
+//! shorter than [`LEAST_MM`] go with their neighbours. In this order
 //!
 //! 1. roots are cut where they go over from one wanted root to another, and stretches that belong to none go;
 //! 2. stretches of wanted roots that no traced root follows are added;
 //! 3. pieces of one wanted root are joined in their order along it;
 //! 4. roots that spring from another root than wanted are hung on theirs;
-//! 5. roots that belong to none go.
+//! 5. what runs on past a wanted tip by [`TIP_MM`] goes;
+//! 6. roots that belong to none go.
 //!
 //! Each step works on what the one before left, as the corrections will. What a place cannot tell apart (two roots as near) is tried a
 //! little further along.
@@ -27,7 +28,7 @@ const NEAR_MM: f64 = 1.5;
 /// Shorter stretches are not told from chance, mm.
 const LEAST_MM: f64 = 4.0;
 /// A tip this much farther than [`NEAR_MM`] from where it is wanted is another, mm.
-const TIP_MM: f64 = 1.0;
+const TIP_MM: f64 = 0.5;
 /// Spacing of the points that wanted roots are sought by, mm.
 const STEP_MM: f64 = 0.25;
 /// Steps that a place is moved along a root until it tells it from others, and their length, mm.
@@ -54,12 +55,13 @@ pub fn difference(traced: &[TracedRoot], wanted: &[Root], params: CorrectionPara
     });
     let wanted = Wanted { roots: wanted, tree: RTree::bulk_load(sampled.collect()) };
     let blind = |_: &super::Sighting| Ok(None);
-    let world = World { ray: &blind, rootness: None, params: CorrectionParams { snap_mm: 0.0, ..params } };
+    let world = World { ray: &blind, evidence: None, params: CorrectionParams { snap_mm: 0.0, ..params } };
     let mut state = State { tree: Tree::new(traced.to_vec()), world, changes: Vec::new() };
     state.part(&wanted)?;
     state.add(&wanted)?;
     state.join(&wanted)?;
     state.hang(&wanted)?;
+    state.end(&wanted)?;
     state.remove(&wanted)?;
     Ok(state.changes)
 }
@@ -231,6 +233,22 @@ impl State<'_> {
                 if self.apply(change)? {
                     break;
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends roots where their wanted ones do.
+    fn end(&mut self, wanted: &Wanted<'_>) -> Result<()> {
+        for (n, root) in wanted.roots.iter().enumerate() {
+            let (Some(&piece), Some(tip)) = (self.of(wanted, n).last(), root.points_mm.last()) else { continue };
+            let points = &self.tree.roots[piece].root.points_mm;
+            let (at, mm) = nearest(points, &Vec3::from(*tip));
+            let beyond_mm = curve::chord_lengths(&points[at..]).last().copied().unwrap_or(0.0);
+            // Half of the root and more is no tip.
+            if mm <= NEAR_MM && beyond_mm > NEAR_MM + TIP_MM && 2 * at > points.len() {
+                let to = self.at(piece, points.len() - 1);
+                self.apply(Change::RemoveStretch { from: self.at(piece, at), to })?;
             }
         }
         Ok(())

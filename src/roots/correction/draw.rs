@@ -4,14 +4,10 @@ use super::tree::Tree;
 use super::{Done, Sighting, Spot, Tie, World};
 use crate::error::Result;
 use crate::optics::{Mat3, Vec3, WaterRay};
-use crate::roots::{Field, Root, TracedRoot, curve};
+use crate::roots::{Root, TracedRoot, curve};
 
 /// An added root along which one runs already over more than this share is none.
 const ALREADY: f64 = 0.5;
-/// Wavelength under which an added root does not bend, in steps between its points.
-const SMOOTH_STEPS: f64 = 6.0;
-/// Steps of the search for the crest, in each direction across the root.
-const CREST_STEPS: i32 = 4;
 
 /// Adds a root.
 ///
@@ -55,7 +51,9 @@ pub(super) fn add(
     if line.len() < 2 {
         return Ok(Err((Some(start), "its places are one".into())));
     }
-    let (line, on_evidence) = snapped(&line, tree.step_mm, world.rootness.as_ref(), world.params.snap_mm);
+    let snapped = world.evidence.as_ref().filter(|_| world.params.snap_mm > 0.0);
+    let snapped = snapped.map(|evidence| evidence.snapped(&line, tree.step_mm, world.params.snap_mm));
+    let (line, on_evidence) = snapped.map_or((line, None), |(line, share)| (line, Some(share)));
     let taken = line.iter().filter(|p| tree.on_any(&Vec3::from(**p), within)).count();
     if taken as f64 > ALREADY * line.len() as f64 {
         return Ok(Err((Some(start), format!("a root already runs along {} of its {} points", taken, line.len()))));
@@ -139,53 +137,4 @@ fn meeting(rays: &[WaterRay]) -> Option<(Vec3, f64)> {
     let at = (rays.len() > 1).then(|| a.lu().solve(&b)).flatten()?;
     let miss = |ray: &WaterRay| (at - ray.p2_mm).cross(&ray.v2).norm();
     at.iter().all(|x| x.is_finite()).then(|| (at, rays.iter().map(miss).fold(0.0, f64::max)))
-}
-
-/// The line with each point moved across it onto the crest of the rootness, smoothed; and the share of its points that found one.
-fn snapped(
-    line: &[[f64; 3]],
-    step_mm: f64,
-    rootness: Option<&Field<'_>>,
-    snap_mm: f64,
-) -> (Vec<[f64; 3]>, Option<f64>) {
-    let Some(field) = rootness.filter(|_| snap_mm > 0.0) else { return (line.to_vec(), None) };
-    let mut found = 0;
-    let moved: Vec<[f64; 3]> = (0..line.len())
-        .map(|k| {
-            let at = Vec3::from(line[k]);
-            let ahead = Vec3::from(line[(k + 1).min(line.len() - 1)]) - Vec3::from(line[k.saturating_sub(1)]);
-            match crest(field, &at, &ahead, snap_mm) {
-                Some(crest) => {
-                    found += 1;
-                    crest.into()
-                }
-                None => line[k],
-            }
-        })
-        .collect();
-    let share = found as f64 / line.len() as f64;
-    (curve::smooth(&moved, step_mm, SMOOTH_STEPS * step_mm), Some(share))
-}
-
-/// The place of the greatest positive rootness across a direction.
-fn crest(field: &Field<'_>, at: &Vec3, ahead: &Vec3, snap_mm: f64) -> Option<Vec3> {
-    let ahead = ahead.try_normalize(1e-12)?;
-    let side = if ahead.x.abs() < 0.9 { Vec3::x() } else { Vec3::y() };
-    let u = ahead.cross(&side).normalize();
-    let v = ahead.cross(&u);
-    let mut best: Option<(f64, Vec3)> = None;
-    for i in -CREST_STEPS..=CREST_STEPS {
-        for j in -CREST_STEPS..=CREST_STEPS {
-            let (i, j) = (f64::from(i) / f64::from(CREST_STEPS), f64::from(j) / f64::from(CREST_STEPS));
-            if i * i + j * j > 1.0 {
-                continue;
-            }
-            let p = at + (u * i + v * j) * snap_mm;
-            let value = field.at(&p);
-            if value > 0.0 && best.is_none_or(|(most, _)| value > most) {
-                best = Some((value, p));
-            }
-        }
-    }
-    best.map(|(_, p)| p)
 }

@@ -10,11 +10,12 @@
 //! - **Editing** ([`tree`]): a root hangs on its parent at the parent's point nearest to its own first point. A root that loses its
 //!   parent keeps its order until it is given another; what springs from a root follows its order.
 //! - **Reading off** ([`difference`]): the corrections that lead to roots corrected elsewhere.
-//! - **Adding** ([`draw`]): through given places or places seen in two or more photographs, moved onto the evidence.
+//! - **Adding** ([`draw`]): through given places or places seen in two or more photographs, moved onto the evidence ([`evidence`]).
 //! - **Setting the base** ([`rebase`]): orders are counted anew from the end that is the base.
 
 pub mod difference;
 pub mod draw;
+pub mod evidence;
 pub mod place;
 pub mod rebase;
 #[cfg(test)]
@@ -22,10 +23,10 @@ mod tests;
 pub mod tree;
 
 use super::repair::{Kind, Repair};
-use super::ridge::Field;
 use super::system::RootSystem;
 use crate::error::Result;
 use crate::optics::{Vec3, WaterRay};
+use evidence::Evidence;
 use serde::{Deserialize, Serialize};
 use tree::Tree;
 
@@ -208,8 +209,8 @@ pub struct Outcome {
 pub struct World<'a> {
     /// The ray in the water of a sighting.
     pub ray: &'a dyn Fn(&Sighting) -> Result<Option<WaterRay>>,
-    /// The evidence.
-    pub rootness: Option<Field<'a>>,
+    /// What added roots are moved onto.
+    pub evidence: Option<Evidence<'a>>,
     /// How places are found.
     pub params: CorrectionParams,
 }

@@ -1,7 +1,7 @@
 //! Each kind of correction on a small plant, held root by root against what was asked.
 
 use super::*;
-use crate::roots::{Root, TracedRoot};
+use crate::roots::{Field, Root, TracedRoot};
 
 fn root(id: i64, parent: i64, order: u32, points: &[[f64; 3]]) -> TracedRoot {
     let points_mm = crate::roots::curve::resample(points, 0.5);
@@ -40,7 +40,7 @@ fn made(change: Change) -> Correction {
 /// The corrected roots, and what became of the correction.
 fn after(change: Change) -> (Vec<TracedRoot>, Outcome) {
     let system = RootSystem { roots: plant(), spread_px: Some(1.0), repairs: Vec::new() };
-    let world = World { ray: &blind, rootness: None, params: CorrectionParams::default() };
+    let world = World { ray: &blind, evidence: None, params: CorrectionParams::default() };
     let (system, outcomes) = correct(system, &[made(change)], &world).unwrap();
     let entry = &system.repairs[0];
     assert_eq!(entry.kind, if outcomes[0].applied { Kind::Corrected } else { Kind::Uncorrected });
@@ -266,7 +266,7 @@ fn an_added_root_is_triangulated_and_moved_onto_the_evidence() {
     });
     let world = World {
         ray: &ray,
-        rootness: Some(Field { grid, rootness: rootness.view() }),
+        evidence: Some(Evidence { field: Field { grid, rootness: rootness.view() }, floor: 0.2 }),
         params: CorrectionParams::default(),
     };
     let through = |beside: f64| -> Vec<Spot> {
@@ -297,7 +297,7 @@ fn led_to(wanted: &[TracedRoot]) -> (Vec<TracedRoot>, Vec<Change>) {
     let changes = difference::difference(&plant(), &plain, CorrectionParams::default()).unwrap();
     let list: Vec<Correction> = changes.iter().cloned().map(made).collect();
     let system = RootSystem { roots: plant(), spread_px: None, repairs: Vec::new() };
-    let world = World { ray: &blind, rootness: None, params: CorrectionParams { snap_mm: 0.0, ..Default::default() } };
+    let world = World { ray: &blind, evidence: None, params: CorrectionParams { snap_mm: 0.0, ..Default::default() } };
     let (system, outcomes) = correct(system, &list, &world).unwrap();
     assert!(outcomes.iter().all(|o| o.applied), "{outcomes:?}");
     (system.roots, changes)
@@ -324,7 +324,7 @@ fn corrections_read_off_lead_to_what_is_wanted() {
     assert_eq!(roots.len(), wanted.len(), "{:?}", table(&roots));
     for want in &wanted {
         let tip = Vec3::from(want.root.points_mm[want.root.points_mm.len() - 1]);
-        let near = |r: &&TracedRoot| (Vec3::from(r.root.points_mm[r.root.points_mm.len() - 1]) - tip).norm() < 2.5;
+        let near = |r: &&TracedRoot| (Vec3::from(r.root.points_mm[r.root.points_mm.len() - 1]) - tip).norm() < 2.1;
         let have = roots.iter().find(near).unwrap_or_else(|| panic!("{want:?}: {:?}", table(&roots)));
         let parent = |r: &TracedRoot, all: &[TracedRoot]| {
             let of = all.iter().find(|p| p.root.id == r.root.parent);
@@ -337,4 +337,33 @@ fn corrections_read_off_lead_to_what_is_wanted() {
             table(&roots)
         );
     }
+}
+
+#[test]
+fn a_tip_that_ran_on_is_ended_and_one_that_is_near_is_left() {
+    let led = |length: f64| {
+        let mut wanted = plant();
+        wanted[3] = root(3, 1, 2, &[[20.0, 0.0, 20.0], [20.0, length, 20.0]]);
+        let (roots, changes) = led_to(&wanted);
+        let tip = roots.iter().find(|r| r.root.id == 3).and_then(|r| r.root.points_mm.last().copied()).unwrap();
+        (tip[1], changes.iter().map(Change::kind).collect::<Vec<_>>())
+    };
+    let (tip, kinds) = led(27.0);
+    assert!(kinds == ["remove-stretch"] && (tip - 27.0).abs() < 0.6, "{kinds:?}: {tip}");
+    assert_eq!(led(28.5), (30.0, vec![]));
+    // The other way round what is missing is added.
+    let (tip, kinds) = led(33.0);
+    assert!(kinds == ["add"] && (tip - 33.0).abs() < 0.6, "{kinds:?}: {tip}");
+}
+
+#[test]
+fn a_new_start_of_the_base_root_takes_its_order() {
+    let mut wanted = plant();
+    wanted[0] = root(0, -1, 0, &[[0.0, 0.0, -20.0], [0.0, 0.0, 80.0]]);
+    let (roots, changes) = led_to(&wanted);
+    let kinds: Vec<&str> = changes.iter().map(Change::kind).collect();
+    assert_eq!(kinds, ["add", "join"]);
+    let mut orders: Vec<u32> = roots.iter().map(|r| r.root.order).collect();
+    orders.sort_unstable();
+    assert_eq!(orders, [0, 1, 1, 1, 2]);
 }

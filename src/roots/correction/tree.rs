@@ -269,7 +269,8 @@ impl Tree {
         }
     }
 
-    /// Joins the ends of two roots to one root; it starts with the one that is joined at its tip.
+    /// Joins the ends of two roots to one root; it starts with the one that is joined at its tip and keeps its order. The order of a
+    /// start without a parent is a guess: there the lower one counts.
     pub fn join(&mut self, from: &Vec3, to: &Vec3, within_mm: f64) -> Done {
         let ((a, end_a), (b, end_b)) = (self.end_at(from, within_mm)?, self.end_at(to, within_mm)?);
         let found = format!("{}; {}", self.told(&a), self.told(&b));
@@ -293,7 +294,9 @@ impl Tree {
             // It was led here through the other's tip.
             self.leave(tail, head);
         }
-        let order = self.roots[head].root.order;
+        let (first, second) = (&self.roots[head].root, &self.roots[tail].root);
+        let order = if first.parent < 0 { first.order.min(second.order) } else { first.order };
+        self.set_order(head, order);
         self.set_order(tail, order);
         let gap = self.bridge(&self.joint(head, End::Last), self.joint(tail, End::First));
         if let Some(gap) = &gap {
