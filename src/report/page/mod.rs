@@ -75,8 +75,9 @@ const STYLE: &str = include_str!("style.css");
 const BEFORE: &str = include_str!("script/before.js");
 
 /// In the order in which they need each other.
-const SCRIPTS: [&str; 9] = [
+const SCRIPTS: [&str; 10] = [
     include_str!("script/state.js"),
+    include_str!("script/library.js"),
     include_str!("script/colour.js"),
     include_str!("script/tube.js"),
     include_str!("script/space.js"),
@@ -128,7 +129,7 @@ impl Page<'_> {
         let _ = writeln!(t, "<script type=\"application/json\" id=\"data\">{}</script>", data.replace("</", "<\\/"));
         let _ = writeln!(
             t,
-            "<script>\n{BEFORE}</script>\n<script>\n{library}\n</script>\n<script>\n\"use strict\";\n(() => {{"
+            "<script type=\"text/plain\" id=\"plotly\">\n{BEFORE}{library}\n</script>\n<script>\n\"use strict\";\n(() => {{"
         );
         SCRIPTS.iter().for_each(|script| t.push_str(script));
         t.push_str("})();\n</script>\n</body>\n</html>\n");
