@@ -8,6 +8,7 @@ mod cache;
 mod cancel;
 mod check;
 pub mod complaint;
+mod corrections;
 mod doctor;
 mod evaluate;
 mod explain;
@@ -50,6 +51,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Evaluate(evaluate::Evaluate),
     Belt(belt::Belt),
+    Corrections(corrections::Corrections),
     Export(export::Export),
     Cache(cache::Cache),
     Doctor(doctor::Doctor),
@@ -69,6 +71,7 @@ pub fn run() -> Result<()> {
         Command::Simulate(c) => c.run(),
         Command::Evaluate(c) => c.run(),
         Command::Belt(c) => c.run(),
+        Command::Corrections(c) => c.run(),
         Command::Export(c) => c.run(),
         Command::Cache(c) => c.run(),
         Command::Doctor(c) => c.run(),

@@ -4,6 +4,7 @@ pub mod belt_svg;
 pub mod camera_file;
 pub mod cameras_json;
 pub mod colmap;
+pub mod corrections_toml;
 pub mod gltf;
 pub mod json;
 pub mod metashape;

@@ -1,6 +1,7 @@
 //! Roots as curves: centrelines with radii, their graph, their traits.
 
 pub mod bridge;
+pub mod correction;
 pub mod crossing;
 pub mod crown;
 pub mod curve;

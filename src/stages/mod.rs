@@ -8,6 +8,7 @@ pub mod cameras;
 pub mod capture;
 mod colmap_photos;
 mod colmap_run;
+pub mod corrections;
 pub mod diameters;
 pub mod evaluate;
 pub mod evaluate_cameras;

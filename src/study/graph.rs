@@ -2,7 +2,7 @@
 
 use super::evident::{self, Evident};
 use super::inputs::{CameraSource, Frame};
-use super::nodes::{CalibrationNodes, StudyNodes};
+use super::nodes::{CalibrationNodes, CorrectionNodes, StudyNodes};
 use super::render::Method;
 use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
@@ -13,6 +13,7 @@ use crate::roots::traits::spread::halves;
 use crate::stages::camera::Camera;
 use crate::stages::cameras::Cameras;
 use crate::stages::capture::{Capture, photo_name};
+use crate::stages::corrections::Corrections;
 use crate::stages::diameters::Diameters;
 use crate::stages::evaluate::Evaluate;
 use crate::stages::evaluate_cameras::EvaluateCameras;
@@ -134,6 +135,19 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
     let all = Photographs { files: &files, seen: &seen, views: &views, background: &background, evidence };
     let Reconstruction { merged, rootness, extract, system, traits } = reconstruct(graph, s, &all, "");
     let spread = spread(graph, s, &all, traits)?;
+    let as_traced = (system, traits);
+    let corrections = s.corrections_file.as_ref().map(|path| {
+        let file = graph.file("corrections-file", path);
+        let stage =
+            Corrections { tank: s.tank.clone(), grid: s.grid, photos: photos.clone(), params: s.corrections.params() };
+        let cameras: Vec<NodeId> = seen.iter().map(|v| v.2).collect();
+        let ports = [("system", &[system][..]), ("file", &[file]), ("cameras", &cameras), ("rootness", &[rootness])];
+        graph.add("corrections", stage, &ports)
+    });
+    let system = corrections.unwrap_or(system);
+    let traits = corrections.map_or(traits, |corrected| measured(graph, s, corrected, "traits/corrected"));
+    let corrections =
+        corrections.map(|node| CorrectionNodes { corrections: node, traced: as_traced.0, traits: as_traced.1 });
     let root_overlays = seen
         .iter()
         .map(|&(name, photo, camera)| {
@@ -200,6 +214,7 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         extract,
         system,
         traits,
+        corrections,
         volume,
         labels,
         sight,
@@ -266,7 +281,7 @@ fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &s
     });
     let ports = [ports[0], ports[1], ("explained", explained.as_slice())];
     let traced = graph.add(&name("trace"), trace, &ports);
-    let measured = if s.diameters.enabled {
+    let pieces = if s.diameters.enabled {
         let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
         let ports =
             [("pieces", &[traced][..]), ("photos", from.files), ("cameras", &cameras), ("background", from.background)];
@@ -275,10 +290,15 @@ fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &s
         traced
     };
     let hierarchy = Hierarchy { params: s.hierarchy.clone() };
-    let system = graph.add(&name("hierarchy"), hierarchy, &[("pieces", &[measured])]);
-    let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
-    let traits = graph.add(&name("traits"), traits, &[("system", &[system])]);
+    let system = graph.add(&name("hierarchy"), hierarchy, &[("pieces", &[pieces])]);
+    let traits = measured(graph, s, system, &name("traits"));
     Reconstruction { merged, rootness, extract, system, traits }
+}
+
+/// The traits of a system.
+fn measured(graph: &mut Graph, s: &Settings, system: NodeId, name: &str) -> NodeId {
+    let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
+    graph.add(name, traits, &[("system", &[system])])
 }
 
 /// How the traits vary over random halves of the views.

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::formats::camera_file::COLMAP_FILES;
 use crate::formats::tank_json;
 use crate::optics::{Index, Tank};
+use crate::roots::correction::CorrectionParams;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -245,6 +246,47 @@ pub struct GridSection {
     pub spacing: Option<f64>,
     /// How deep below the rim to reconstruct, mm; down to the inner floor when absent.
     pub depth: Option<f64>,
+}
+
+/// `[corrections]`: what a person corrected.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CorrectionsSection {
+    /// A file of corrections, relative to the study file (or to the working folder when given by `--set`).
+    pub file: Option<String>,
+    /// As [`CorrectionParams::within_mm`].
+    pub within_mm: f64,
+    /// As [`CorrectionParams::snap_mm`].
+    pub snap_mm: f64,
+}
+
+impl Default for CorrectionsSection {
+    fn default() -> Self {
+        let CorrectionParams { within_mm, snap_mm } = CorrectionParams::default();
+        Self { file: None, within_mm, snap_mm }
+    }
+}
+
+impl CorrectionsSection {
+    /// Refuses what finds nothing or anything.
+    ///
+    /// # Errors
+    /// Names the number.
+    pub fn check(&self) -> Result<()> {
+        for (name, value, least) in [("within_mm", self.within_mm, 0.01), ("snap_mm", self.snap_mm, 0.0)] {
+            if !(least..=20.0).contains(&value) {
+                return Err(
+                    Error::usage(format!("corrections.{name} is {value}")).help(format!("give {least} to 20 mm"))
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// How places are found.
+    pub fn params(&self) -> CorrectionParams {
+        CorrectionParams { within_mm: self.within_mm, snap_mm: self.snap_mm }
+    }
 }
 
 /// `[truth]`: the true roots, where they are known; the result is then scored against them.

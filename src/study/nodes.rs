@@ -13,6 +13,17 @@ pub struct CalibrationNodes {
     pub pictures: NodeId,
 }
 
+/// The nodes of a corrected study.
+#[derive(Debug, Clone)]
+pub struct CorrectionNodes {
+    /// The corrected roots, and what became of each correction.
+    pub corrections: NodeId,
+    /// The roots as they were traced.
+    pub traced: NodeId,
+    /// Their traits.
+    pub traits: NodeId,
+}
+
 /// The nodes of a study whose results people look at.
 #[derive(Debug, Clone)]
 pub struct StudyNodes {
@@ -28,10 +39,12 @@ pub struct StudyNodes {
     pub calibration: Option<CalibrationNodes>,
     /// The extracted root voxels.
     pub extract: NodeId,
-    /// The traced roots with what is known of their points.
+    /// The roots, corrected where a person did, with what is known of their points.
     pub system: NodeId,
     /// Roots, traits and their files.
     pub traits: NodeId,
+    /// What a person corrected.
+    pub corrections: Option<CorrectionNodes>,
     /// The OME-Zarr image.
     pub volume: NodeId,
     /// Its labels.
@@ -69,7 +82,7 @@ impl StudyNodes {
 
     /// The nodes of what is measured on traced roots.
     pub fn measures(&self) -> impl Iterator<Item = NodeId> {
-        std::iter::once(self.traits).chain(self.roots_score)
+        std::iter::once(self.traits).chain(self.roots_score).chain(self.corrections.as_ref().map(|c| c.traits))
     }
 
     /// All nodes that a run brings up to date.

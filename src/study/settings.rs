@@ -2,7 +2,9 @@
 
 use super::clean_path::clean;
 use super::document::{Document, Resolved, Sources, note};
-use super::inputs::{CameraSource, Cameras, GridSection, Photos, StudySection, TankSection, TrueTank, Truth};
+use super::inputs::{
+    CameraSource, Cameras, CorrectionsSection, GridSection, Photos, StudySection, TankSection, TrueTank, Truth,
+};
 use super::photographs::{self, Found};
 use super::render::RenderSection;
 use super::scale;
@@ -129,6 +131,10 @@ pub struct Settings {
     pub diameters: DiameterParams,
     /// `[hierarchy]`.
     pub hierarchy: HierarchyParams,
+    /// `[corrections]`.
+    pub corrections: CorrectionsSection,
+    /// The file of corrections, where there is one.
+    pub corrections_file: Option<PathBuf>,
     /// `[traits]`.
     pub traits: TraitParams,
     /// `[overlay]`.
@@ -149,15 +155,20 @@ pub(super) struct Origin {
     name: String,
     /// Folder that `photos.dir` starts from.
     base: PathBuf,
+    /// Folder that `corrections.file` starts from.
+    corrections: PathBuf,
 }
 
 impl Origin {
     /// A folder named on the command line starts from where the user stands, one named in the file from the file.
     pub(super) fn of(path: &Path, overrides: &[String]) -> Self {
-        let from_command = overrides.iter().any(|o| o.trim_start().starts_with("photos.dir"));
-        let base = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
+        let start = |setting: &str| {
+            let from_command = overrides.iter().any(|o| o.trim_start().starts_with(setting));
+            let folder = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
+            folder.to_owned()
+        };
         let name = path.file_stem().map_or("study".into(), |s| s.to_string_lossy().into());
-        Self { name, base: base.to_owned() }
+        Self { name, base: start("photos.dir"), corrections: start("corrections.file") }
     }
 }
 
@@ -182,6 +193,7 @@ const SECTIONS: &[&str] = &[
     "explain",
     "diameters",
     "hierarchy",
+    "corrections",
     "traits",
     "overlay",
     "report",
@@ -228,6 +240,7 @@ impl Settings {
         let explain: ExplainParams = file.section("explain");
         let diameters: DiameterParams = file.section("diameters");
         let hierarchy: HierarchyParams = file.section("hierarchy");
+        let corrections: CorrectionsSection = file.section("corrections");
         let traits: TraitParams = file.section("traits");
         let overlay: OverlaySection = file.section("overlay");
         let report: ReportSection = file.section("report");
@@ -242,6 +255,7 @@ impl Settings {
             explain.check(),
             rootness.check(grid.spacing.unwrap_or(f64::NAN)),
             overlay.check(),
+            corrections.check(),
         ];
         for checked in checks.into_iter().chain(simulated_as.into_iter().filter(|_| simulated)) {
             if let Err(e) = checked {
@@ -310,6 +324,8 @@ impl Settings {
             explain,
             diameters,
             hierarchy,
+            corrections_file: corrections.file.as_ref().map(|file| clean(&origin.corrections.join(file))),
+            corrections,
             traits,
             overlay,
             report,

@@ -4,6 +4,7 @@ mod bad_input;
 mod cameras;
 mod capture;
 mod care;
+mod corrections;
 mod explain;
 mod figure6;
 mod kill;
