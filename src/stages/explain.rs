@@ -28,7 +28,7 @@ pub struct Explain {
 
 impl Stage for Explain {
     const NAME: &'static str = "explain";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 1;
 
     fn peak_bytes(&self) -> u64 {
         // All photographs' evidence, and their looks at every bead.

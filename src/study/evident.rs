@@ -1,6 +1,6 @@
 //! The nodes between undistorted photographs and what is rendered of them.
 
-use super::graph::Seen;
+use super::reconstruct::Seen;
 use super::settings::Settings;
 use crate::flow::{Graph, NodeId};
 use crate::stages::background::Background;

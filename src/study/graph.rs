@@ -3,27 +3,23 @@
 use super::evident::{self, Evident};
 use super::inputs::{CameraSource, Frame};
 use super::nodes::{CalibrationNodes, CorrectionNodes, StudyNodes};
+use super::reconstruct::{Photographs, Reconstruction, measured, reconstruct};
 use super::render::Method;
 use super::settings::{Settings, Source};
+use super::spread::spread;
 use crate::error::{Error, Result};
 use crate::evaluation::ScoreParams;
 use crate::flow::{Graph, NodeId};
 use crate::report::page::preview_px;
-use crate::roots::traits::spread::halves;
 use crate::stages::camera::Camera;
 use crate::stages::cameras::Cameras;
 use crate::stages::capture::{Capture, photo_name};
 use crate::stages::corrections::Corrections;
-use crate::stages::diameters::Diameters;
 use crate::stages::evaluate::Evaluate;
 use crate::stages::evaluate_cameras::EvaluateCameras;
 use crate::stages::evaluate_roots::EvaluateRoots;
-use crate::stages::explain::Explain;
-use crate::stages::extract::Extract;
-use crate::stages::hierarchy::Hierarchy;
 use crate::stages::labels::Labels;
 use crate::stages::lattice::Lattice;
-use crate::stages::merge::Merge;
 use crate::stages::misjudge::Misjudge;
 use crate::stages::overlay::Overlay;
 use crate::stages::photograph::Photograph;
@@ -34,17 +30,12 @@ use crate::stages::render::Render;
 use crate::stages::render_patch::RenderPatch;
 use crate::stages::root_lines::RootLines;
 use crate::stages::root_overlay::RootOverlay;
-use crate::stages::rootness::Rootness;
 use crate::stages::sfm::{Sfm, installed};
 use crate::stages::sfm_known::SfmKnown;
 use crate::stages::sfm_mask::SfmMask;
 use crate::stages::sight::Sight;
 use crate::stages::slices::Slices;
-use crate::stages::spread::Spread;
-use crate::stages::suppress::Suppress;
 use crate::stages::survey::Survey;
-use crate::stages::trace::Trace;
-use crate::stages::traits::Traits;
 use crate::stages::undistort::Undistort;
 use crate::stages::volume::Volume;
 use std::collections::BTreeMap;
@@ -229,102 +220,6 @@ pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
         roots_score,
         camera_errors,
     })
-}
-
-/// What a set of views gives.
-struct Reconstruction {
-    merged: NodeId,
-    rootness: NodeId,
-    extract: NodeId,
-    system: NodeId,
-    traits: NodeId,
-}
-
-/// A photograph's name, undistorted picture and camera.
-pub(super) type Seen<'a> = (&'a String, NodeId, NodeId);
-
-/// Photographs to reconstruct from; the lists run alike.
-struct Photographs<'a> {
-    files: &'a [NodeId],
-    seen: &'a [Seen<'a>],
-    views: &'a [NodeId],
-    /// What is behind the roots, where it is learned.
-    background: &'a [NodeId],
-    /// Shares of root, where they are.
-    evidence: &'a [NodeId],
-}
-
-/// From rendered views to traits; `draw` is added to the names of the nodes.
-fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &str) -> Reconstruction {
-    let name = |stage: &str| format!("{stage}{draw}");
-    let merged = graph.add(
-        &name("merge"),
-        Merge { evidence: s.contrast.enabled, params: s.merge.clone() },
-        &[("views", from.views)],
-    );
-    let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
-    // A given scale asks nothing of the photographs.
-    let widths = if s.rootness.sigma.is_empty() { from.background } else { &[] };
-    let rootness = graph.add(&name("rootness"), rootness, &[("merged", &[merged][..]), ("background", widths)]);
-    let ridges = graph.add(&name("suppress"), Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
-    let extract = Extract { grid: s.grid, params: s.extract };
-    let extract = graph.add(&name("extract"), extract, &[("ridges", &[ridges])]);
-    let trace = Trace { grid: s.grid, params: s.trace.clone() };
-    let ports = [("ridges", &[ridges][..]), ("rootness", &[rootness])];
-    let cameras: Vec<NodeId> = from.seen.iter().map(|v| v.2).collect();
-    // What photographs need of the candidates is traced anew, so that nothing is joined over what they do not.
-    let explained = (s.explain.enabled && !from.evidence.is_empty()).then(|| {
-        let candidates = graph.add(&name("candidates"), trace.clone(), &ports);
-        let stage = Explain { tank: s.tank.clone(), blur_mm: s.contrast.blur_mm, params: s.explain.clone() };
-        let ports = [("pieces", &[candidates][..]), ("evidence", from.evidence), ("cameras", &cameras)];
-        graph.add(&name("explain"), stage, &ports)
-    });
-    let ports = [ports[0], ports[1], ("explained", explained.as_slice())];
-    let traced = graph.add(&name("trace"), trace, &ports);
-    let pieces = if s.diameters.enabled {
-        let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
-        let ports =
-            [("pieces", &[traced][..]), ("photos", from.files), ("cameras", &cameras), ("background", from.background)];
-        graph.add(&name("diameters"), diameters, &ports)
-    } else {
-        traced
-    };
-    let hierarchy = Hierarchy { params: s.hierarchy.clone() };
-    let system = graph.add(&name("hierarchy"), hierarchy, &[("pieces", &[pieces])]);
-    let traits = measured(graph, s, system, &name("traits"));
-    Reconstruction { merged, rootness, extract, system, traits }
-}
-
-/// The traits of a system.
-fn measured(graph: &mut Graph, s: &Settings, system: NodeId, name: &str) -> NodeId {
-    let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
-    graph.add(name, traits, &[("system", &[system])])
-}
-
-/// How the traits vary over random halves of the views.
-///
-/// # Errors
-/// Where halves are too few or too small.
-fn spread(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, traits: NodeId) -> Result<Option<NodeId>> {
-    let count = s.traits.resample;
-    if count == 0 {
-        return Ok(None);
-    }
-    if !(2..=1000).contains(&count) || from.views.len() < 6 {
-        return Err(Error::usage(format!("traits.resample is {count} for {} photographs", from.views.len()))
-            .help("give 2 to 1000 halves of at least 6 photographs, or 0"));
-    }
-    let mut draws = Vec::with_capacity(count);
-    for (n, half) in halves(from.views.len(), count).iter().enumerate() {
-        let pick = |list: &[NodeId]| half.iter().map(|&v| list[v]).collect::<Vec<_>>();
-        let seen: Vec<Seen<'_>> = half.iter().map(|&v| from.seen[v]).collect();
-        let (files, views) = (pick(from.files), pick(from.views));
-        let evidence = if from.evidence.is_empty() { Vec::new() } else { pick(from.evidence) };
-        let background = from.background;
-        let half = Photographs { files: &files, seen: &seen, views: &views, background, evidence: &evidence };
-        draws.push(reconstruct(graph, s, &half, &format!("/half-{}", n + 1)).traits);
-    }
-    Ok(Some(graph.add("spread", Spread {}, &[("traits", &[traits][..]), ("draws", &draws)])))
 }
 
 /// Fails where two photographs would have one name in the results.
