@@ -55,6 +55,16 @@ struct Seen {
 /// Size and time of a file: where they change it is read anew.
 type Stamp = (u64, Option<SystemTime>);
 
+/// What is to be checked.
+#[derive(Default)]
+struct Capture {
+    paths: Vec<PathBuf>,
+    /// Whether cameras are to be found in the photographs.
+    needs_belts: bool,
+    /// What was left out.
+    note: Option<String>,
+}
+
 struct Read {
     glance: Glance,
     thumbnail: Vec<u8>,
@@ -68,12 +78,14 @@ impl Check {
     /// Where the capture will not do, or there is no photograph.
     pub fn run(&self) -> Result<()> {
         let mut seen = BTreeMap::new();
+        self.need_folder()?;
         if self.watch {
             self.keep_watch(&mut seen);
         }
-        let (paths, needs_belts) = self.photographs()?;
+        let Capture { paths, needs_belts, note } = self.photographs()?;
         let checked = self.look(&paths, needs_belts, &mut seen)?;
         checked.findings.iter().for_each(say);
+        note.iter().for_each(|note| eprintln!("note: {note}"));
         eprintln!("page written: {}", self.page.display());
         if checked.will_do() {
             eprintln!("{} photographs: the capture will do", paths.len());
@@ -85,13 +97,25 @@ impl Check {
             .help("take photographs again as the findings say"))
     }
 
-    /// The photographs, and whether cameras are to be found in them.
-    fn photographs(&self) -> Result<(Vec<PathBuf>, bool)> {
-        let Some(study) = &self.study else { return Ok((photographs::in_folder(&self.photos)?, true)) };
+    fn need_folder(&self) -> Result<()> {
+        if self.photos.is_dir() {
+            return Ok(());
+        }
+        let there = if self.photos.exists() { "is no folder" } else { "is not there" };
+        Err(Error::usage(format!("`{}` {there}", self.photos.display()))
+            .help("name the folder of the photographs: rootvox check FOLDER"))
+    }
+
+    fn photographs(&self) -> Result<Capture> {
+        let Some(study) = &self.study else {
+            let found = photographs::in_folder(&self.photos)?;
+            return Ok(Capture { note: found.note(), paths: found.paths, needs_belts: true });
+        };
         let settings = Settings::load(study, &[format!("photos.dir={}", self.photos.display())])?;
         let needs_belts = settings.cameras.source == CameraSource::Sfm || settings.cameras.frame == Frame::Free;
+        let note = settings.notes.into_iter().find(|note| note.starts_with("photos.images"));
         match settings.source {
-            Source::Files(paths) => Ok((paths, needs_belts)),
+            Source::Files(paths) => Ok(Capture { paths, needs_belts, note }),
             Source::Simulated(_) => Err(Error::usage(format!("`{}` simulates its photographs", study.display()))
                 .help("check the photographs without it")),
         }
@@ -102,9 +126,17 @@ impl Check {
         let mut said: Vec<Finding> = Vec::new();
         let mut before: Vec<(PathBuf, Stamp)> = Vec::new();
         let mut checked: Vec<(PathBuf, Stamp)> = Vec::new();
+        let mut refused = String::new();
         eprintln!("watching {} (Ctrl-C ends)", self.photos.display());
         loop {
-            let (paths, needs_belts) = self.photographs().unwrap_or_default();
+            let Capture { paths, needs_belts, .. } = self.photographs().unwrap_or_else(|e| {
+                // A folder is empty at first; a study at fault stays so.
+                if refused != e.message {
+                    eprintln!("{e}");
+                    refused = e.message;
+                }
+                Capture::default()
+            });
             let now: Vec<(PathBuf, Stamp)> = paths.into_iter().map(|path| (path.clone(), stamp(&path))).collect();
             // A file that is still being written changes from one look to the next.
             if now == before && now != checked && !now.is_empty() {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// What matches `photos.images`.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub struct Found {
     /// The photographs, in capture order.
     pub paths: Vec<PathBuf>,
     /// Names of files that match but that no camera wrote ([`is_dropping`]).
@@ -63,16 +63,16 @@ pub(super) fn find(input_dir: &Path, photos: &Photos) -> Result<Found> {
 /// The photographs of a folder without a study: those of the most frequent format in it, or in its folder `images`.
 ///
 /// # Errors
-/// A folder that is missing, or no photograph found.
-pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
+/// No photograph found: then what is there instead.
+pub fn in_folder(folder: &Path) -> Result<Found> {
     let patterns = PICTURES.iter().flat_map(|ending| [format!("*.{ending}"), format!("images/*.{ending}")]);
     let found = patterns.filter_map(|images| find(folder, &Photos { images, ..Photos::default() }).ok());
     // Of equally many the first.
-    let most = found.map(|found| found.paths).reduce(|a, b| if b.len() > a.len() { b } else { a });
-    match most {
-        Some(paths) => Ok(paths),
-        None => find(folder, &Photos { images: "*.jpg".into(), ..Photos::default() }).map(|found| found.paths),
-    }
+    found.reduce(|a, b| if b.paths.len() > a.paths.len() { b } else { a }).ok_or_else(|| {
+        let (_, held) = holds(folder, &[]);
+        Error::usage(format!("no photograph in `{}`: the folder holds {held}", folder.display()))
+            .help(format!("name the folder of the photographs; they end in .{}", PICTURES.join(", .")))
+    })
 }
 
 /// Whether a file of that name is something that an operating system left: `._DSC01.jpg`, `.DS_Store`, `Thumbs.db`.
@@ -108,12 +108,25 @@ fn nothing(input_dir: &Path, photos: &Photos, left_out: &[String]) -> Error {
     let folder = if below.as_os_str().is_empty() { input_dir.to_owned() } else { input_dir.join(below) };
     let none = format!("photos.images: no photograph matches `{}` in `{}`", photos.images, input_dir.display());
     let help = "give the pattern of your photographs, relative to photos.dir, such as";
-    let Ok(entries) = fs::read_dir(&folder) else {
+    if !folder.is_dir() {
         return Error::usage(format!("{none}: there is no folder `{}`", folder.display()))
             .help(format!("{help} images = \"*.jpg\""));
+    }
+    let (kinds, held) = holds(&folder, left_out);
+    let counted = |picture: &&str| -> usize {
+        let same = |kind: &str| kind.strip_prefix('.').is_some_and(|k| k.eq_ignore_ascii_case(picture));
+        kinds.iter().filter(|(kind, _)| same(kind)).map(|(_, count)| count).sum()
     };
+    let likely = PICTURES.iter().rev().max_by_key(|picture| counted(picture)).unwrap_or(&"jpg");
+    let likely = below.join(format!("*.{likely}"));
+    Error::usage(format!("{none}: the folder `{}` holds {held}", folder.display()))
+        .help(format!("{help} images = \"{}\"", likely.display()))
+}
+
+/// Endings in a folder with their counts, most frequent first, and the same for people.
+fn holds(folder: &Path, left_out: &[String]) -> (Vec<(String, usize)>, String) {
     let (mut kinds, mut folders) = (BTreeMap::<String, usize>::new(), 0);
-    for entry in entries.flatten() {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let (name, path) = (entry.file_name().to_string_lossy().into_owned(), entry.path());
         if path.is_dir() {
             folders += usize::from(!name.starts_with('.'));
@@ -131,14 +144,7 @@ fn nothing(input_dir: &Path, photos: &Photos, left_out: &[String]) -> Error {
     if held.is_empty() {
         held.push(if left_out.is_empty() { "nothing".into() } else { format!("nothing but `{}`", left_out[0]) });
     }
-    let counted = |picture: &&str| -> usize {
-        let same = |kind: &str| kind.strip_prefix('.').is_some_and(|k| k.eq_ignore_ascii_case(picture));
-        kinds.iter().filter(|(kind, _)| same(kind)).map(|(_, count)| count).sum()
-    };
-    let likely = PICTURES.iter().rev().max_by_key(|picture| counted(picture)).unwrap_or(&"jpg");
-    let likely = below.join(format!("*.{likely}"));
-    Error::usage(format!("{none}: the folder `{}` holds {}", folder.display(), held.join(", ")))
-        .help(format!("{help} images = \"{}\"", likely.display()))
+    (kinds, held.join(", "))
 }
 
 fn files(count: usize) -> String {
@@ -191,7 +197,10 @@ mod tests {
         for name in ["images/1.TIF", "images/2.tif", "sheet.jpg", "notes.txt"] {
             fs::write(dir.path().join(name), "").unwrap();
         }
-        let names = in_folder(dir.path()).unwrap();
+        fs::write(dir.path().join("images/._1.TIF"), "").unwrap();
+        let found = in_folder(dir.path()).unwrap();
+        assert!(found.note().is_some_and(|note| note.contains("1 file left out")), "{found:?}");
+        let names = found.paths;
         assert!(names.len() == 2 && names[0].ends_with("images/1.TIF"), "{names:?}");
     }
 

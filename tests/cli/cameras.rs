@@ -2,6 +2,8 @@
 
 use super::capture::{Capture, rootvox, stderr};
 use std::fs;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 fn done(capture: &Capture, more: &[&str]) {
     let output = capture.run(more).output().expect("runs");
@@ -62,5 +64,40 @@ fn a_capture_is_looked_at() {
     assert!(said.contains("003.jpg"), "{said}");
     let mut nowhere = rootvox();
     nowhere.arg("check").arg(capture.path("nowhere")).arg("--page").arg(&page);
-    assert!(stderr(&mut nowhere).contains("there is no folder"));
+    assert!(stderr(&mut nowhere).contains("is not there"));
+    let mut file = rootvox();
+    file.arg("check").arg(capture.path("images/001.jpg")).arg("--page").arg(&page);
+    assert!(stderr(&mut file).contains("is no folder"));
+}
+
+#[test]
+fn a_watched_folder_is_checked_whenever_photographs_come() {
+    let capture = Capture::new();
+    let (folder, page, said) = (capture.path("camera"), capture.path("check.html"), capture.path("said"));
+    fs::create_dir(&folder).expect("can make");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rootvox"));
+    command.arg("check").arg(&folder).arg("--watch").arg("--page").arg(&page);
+    command.stderr(fs::File::create(&said).expect("can write")).stdout(Stdio::null());
+    let mut child = command.spawn().expect("runs");
+    let mut come = |photos: &[usize], message: &str| {
+        for k in photos {
+            let name = format!("{k:03}.jpg");
+            fs::copy(capture.path(&format!("images/{name}")), folder.join(name)).expect("can copy");
+        }
+        let until = Instant::now() + Duration::from_secs(120);
+        while !fs::read_to_string(&said).expect("can read").contains(message) {
+            let ended = child.try_wait().expect("can be asked");
+            if ended.is_some() || Instant::now() > until {
+                return Some(format!("no `{message}`; ended: {ended:?}"));
+            }
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        None
+    };
+    let failed = come(&[], "no photograph in").or_else(|| come(&[0, 1, 2], "3 photographs: "));
+    let failed = failed.or_else(|| come(&[3, 4, 5], "6 photographs: "));
+    child.kill().expect("can be ended");
+    child.wait().expect("ends");
+    assert_eq!(failed, None);
+    assert_eq!(fs::read_to_string(&page).expect("can read").matches("<figure").count(), 6);
 }
