@@ -49,7 +49,7 @@ fn upright(x: f64, y: f64, radius_mm: f64) -> (TracedRoot, f64) {
 /// The evidence of a photograph of opaque tubes: discs about many points, averaged over the pixels.
 fn photograph(map: &ViewMap, tubes: &[(TracedRoot, f64)]) -> Array3<u8> {
     let lens = map.view().lens;
-    let (height, width) = (lens.height as usize, lens.width as usize);
+    let (height, width) = (lens.height, lens.width);
     let mut fine = Array2::from_elem((height * FINE, width * FINE), false);
     let pixel = |p: Vec3| map.project(&p).map(|seen| (seen.u, seen.v));
     for (tube, radius_mm) in tubes {
