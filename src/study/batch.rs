@@ -142,10 +142,10 @@ impl Batch {
             Settings::read(document, origin)
         };
         let read: Vec<Result<Settings>> = laid.into_par_iter().map(read).collect();
-        let mut points = Vec::with_capacity(read.len());
+        let (mut points, mut shared) = (Vec::with_capacity(read.len()), graph::Points::default());
         for (n, (settings, values)) in read.into_iter().zip(values).enumerate() {
             let planned = settings.and_then(|settings| {
-                let nodes = graph::add(&mut self.graph, &settings)?;
+                let nodes = shared.add(&mut self.graph, &settings)?;
                 Ok((settings, nodes))
             });
             points.push(Point { number: n + 1, values, planned });

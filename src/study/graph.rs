@@ -1,244 +1,128 @@
 //! A study's settings as a graph of nodes: what is computed from what.
 
-use super::evident::{self, Evident};
-use super::inputs::{CameraSource, Frame};
-use super::nodes::{CalibrationNodes, StudyNodes};
-use super::render::Method;
+use super::nodes::StudyNodes;
 use super::settings::{Settings, Source};
+use super::shown::shown;
+use super::upstream::Upstream;
 use crate::error::{Error, Result};
 use crate::evaluation::ScoreParams;
 use crate::flow::{Graph, NodeId};
-use crate::report::page::preview_px;
-use crate::roots::traits::spread::halves;
-use crate::stages::camera::Camera;
-use crate::stages::cameras::Cameras;
-use crate::stages::capture::{Capture, photo_name};
 use crate::stages::diameters::Diameters;
 use crate::stages::evaluate::Evaluate;
 use crate::stages::evaluate_cameras::EvaluateCameras;
 use crate::stages::evaluate_roots::EvaluateRoots;
 use crate::stages::extract::Extract;
 use crate::stages::hierarchy::Hierarchy;
-use crate::stages::labels::Labels;
-use crate::stages::lattice::Lattice;
 use crate::stages::merge::Merge;
-use crate::stages::misjudge::Misjudge;
-use crate::stages::overlay::Overlay;
-use crate::stages::photograph::Photograph;
-use crate::stages::pose::Pose;
-use crate::stages::pose_pictures::PosePictures;
-use crate::stages::preview::Preview;
-use crate::stages::render::Render;
-use crate::stages::render_patch::RenderPatch;
-use crate::stages::root_lines::RootLines;
-use crate::stages::root_overlay::RootOverlay;
 use crate::stages::rootness::Rootness;
-use crate::stages::sfm::{Sfm, installed};
-use crate::stages::sfm_known::SfmKnown;
-use crate::stages::sfm_mask::SfmMask;
-use crate::stages::sight::Sight;
 use crate::stages::slices::Slices;
-use crate::stages::spread::Spread;
 use crate::stages::suppress::Suppress;
-use crate::stages::survey::Survey;
 use crate::stages::trace::Trace;
 use crate::stages::traits::Traits;
-use crate::stages::undistort::Undistort;
-use crate::stages::volume::Volume;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::collections::btree_map::Entry;
 
-/// Adds the study to the graph.
+/// Adds the study to the graph, with all that is shown of it.
 ///
 /// # Errors
 /// Where two photographs have one name but for its ending.
 pub fn add(graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
-    let mut survey_node = None;
-    let (photos, files, cameras, calibration, truth) = match &s.source {
-        Source::Files(paths) => {
-            let names: Vec<String> = paths
-                .iter()
-                .map(|p| p.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default())
-                .collect();
-            check_names(&names)?;
-            let files: Vec<NodeId> =
-                names.iter().zip(paths).map(|(n, p)| graph.file(&format!("photo/{n}"), p)).collect();
-            let (cameras, calibration) = match (s.cameras.source, s.cameras.frame) {
-                (CameraSource::File, Frame::Tank) => {
-                    let parts = camera_file(graph, s)?;
-                    (graph.add("cameras", Cameras { tank: s.tank.clone() }, &[("file", &parts)]), None)
-                }
-                (CameraSource::File, Frame::Free) => {
-                    let parts = camera_file(graph, s)?;
-                    registered(graph, s, &names, &files, Some(&parts))
-                }
-                (CameraSource::Sfm, _) => registered(graph, s, &names, &files, None),
-            };
-            let truth = s.truth.roots.as_ref().map(|r| graph.file("truth", s.input_dir.join(r)));
-            let has_camera_file = s.cameras.source == CameraSource::File;
-            let survey = Survey { photos: names.clone(), has_camera_file };
-            survey_node = Some(graph.add("survey", survey, &[("photos", &files)]));
-            (names, files, cameras, calibration, truth)
-        }
-        Source::Simulated(simulate) => {
-            let capture = graph.add(
-                "capture",
-                Capture {
-                    tank: s.true_tank.clone(),
-                    growth: simulate.growth.clone(),
-                    capture: simulate.capture.clone(),
-                    seed: simulate.seed,
-                },
-                &[],
-            );
-            let names: Vec<String> = (0..simulate.capture.views).map(|n| photo_name(&simulate.capture, n)).collect();
-            let files: Vec<NodeId> = (0..simulate.capture.views)
-                .map(|view| {
-                    let stage = Photograph {
-                        tank: s.true_tank.clone(),
-                        capture: simulate.capture.clone(),
-                        seed: simulate.seed,
-                        view,
-                    };
-                    graph.add(&format!("photograph/{}", names[view]), stage, &[("capture", &[capture])])
-                })
-                .collect();
-            let (cameras, calibration) = match s.cameras.source {
-                CameraSource::File if simulate.misjudge.is_none() => (capture, None),
-                CameraSource::File => {
-                    let stage = Misjudge { params: simulate.misjudge, seed: simulate.seed };
-                    (graph.add("misjudge", stage, &[("cameras", &[capture])]), None)
-                }
-                CameraSource::Sfm => registered(graph, s, &names, &files, None),
-            };
-            (names, files, cameras, calibration, Some(capture))
-        }
-    };
+    let from = Upstream::add(graph, s)?;
+    let mut nodes = measured(graph, s, &from)?;
+    nodes.shown = Some(shown(graph, s, &from, &nodes)?);
+    Ok(nodes)
+}
 
-    let is_virtual = s.render.is_virtual(&s.grid, photos.len());
-    let mut seen = Vec::new();
-    for (name, &photo) in photos.iter().zip(&files) {
-        let camera = graph.add(&format!("camera/{name}"), Camera { photo: name.clone() }, &[("cameras", &[cameras])]);
-        let undistorted =
-            graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
-        seen.push((name, undistorted, camera));
+/// The points of sweeps: what many have in common is added once, and nothing is added that only shows.
+#[derive(Default)]
+pub(super) struct Points(BTreeMap<String, Upstream>);
+
+impl Points {
+    /// Adds one point.
+    ///
+    /// # Errors
+    /// As [`add`].
+    pub(super) fn add(&mut self, graph: &mut Graph, s: &Settings) -> Result<StudyNodes> {
+        let from = match self.0.entry(s.resolved_but(MEASURING)) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(free) => free.insert(Upstream::add(graph, s)?),
+        };
+        spread_halves(s, from.views.len())?;
+        measured(graph, s, from)
     }
-    let Evident { rendered, background, pictures: evidence_pictures } = evident::add(graph, s, &seen);
-    let views: Vec<NodeId> = seen
-        .iter()
-        .zip(rendered)
-        .map(|(&(name, _, camera), photo)| rendered_view(graph, s, name, photo, camera, is_virtual))
-        .collect();
-    let own =
-        reconstruct(graph, s, &Photographs { files: &files, seen: &seen, views: &views, background: &background }, "");
-    let Reconstruction { merged, rootness, extract, system, traits } = own;
-    let spread =
-        spread(graph, s, &Photographs { files: &files, seen: &seen, views: &views, background: &background }, traits)?;
-    let root_overlays = seen
-        .iter()
-        .map(|&(name, photo, camera)| {
-            let stage = RootOverlay { tank: s.tank.clone(), line_radius_px: s.overlay.mark_radius };
-            let ports = [("photo", &[photo][..]), ("camera", &[camera]), ("system", &[system])];
-            graph.add(&format!("root-overlay/{name}"), stage, &ports)
-        })
-        .collect();
-    let longest_px = preview_px(seen.len());
-    let (previews, root_lines) = seen
-        .iter()
-        .map(|&(name, photo, camera)| {
-            let lines = RootLines { tank: s.tank.clone() };
-            let ports = [("camera", &[camera][..]), ("system", &[system])];
-            (
-                graph.add(&format!("preview/{name}"), Preview { longest_px }, &[("photo", &[photo])]),
-                graph.add(&format!("root-lines/{name}"), lines, &ports),
-            )
-        })
-        .unzip();
-    let overlays = seen
-        .into_iter()
-        .map(|(name, photo, camera)| {
-            graph.add(
-                &format!("overlay/{name}"),
-                Overlay { tank: s.tank.clone(), mark_radius_px: s.overlay.mark_radius },
-                &[("photo", &[photo]), ("camera", &[camera]), ("roots", &[extract])],
-            )
-        })
-        .collect();
-    let volume = graph.add("volume", Volume { grid: s.grid }, &[("merged", &[merged]), ("rootness", &[rootness])]);
-    let labels = graph.add("labels", Labels { grid: s.grid }, &[("system", &[system])]);
+}
+
+/// Sections that decide nothing about the views' volumes and what they are made of.
+const MEASURING: &[&str] =
+    &["study", "merge", "rootness", "suppress", "extract", "trace", "diameters", "hierarchy", "traits", "overlay"];
+
+/// Adds what is measured: from the views' volumes to the numbers.
+///
+/// # Errors
+/// Where the slice to show lies outside the grid.
+fn measured(graph: &mut Graph, s: &Settings, from: &Upstream) -> Result<StudyNodes> {
+    let Reconstruction { merged, rootness, extract, system, traits } = reconstruct(graph, s, &from.all(), "");
     let slices = s.report.slice.map(|depth_mm| Slices::at(depth_mm, &s.grid)).transpose()?;
     let slices = slices.map(|stage| graph.add("slices", stage, &[("merged", &[merged]), ("rootness", &[rootness])]));
-    let of_truth = truth.as_slice();
-    let sight = Sight { grid: s.grid, tank: s.true_tank.clone(), min_views: s.merge.min_views };
-    let sight = graph.add("sight", sight, &[("merged", &[merged][..]), ("truth", of_truth)]);
     let params = ScoreParams {
         z_min_mm: s.truth.z_min,
         z_max_mm: s.truth.z_max.unwrap_or(s.grid.spacing_mm * s.grid.shape[0] as f64 - 2.0),
-        free_azimuth: calibration.is_some(),
+        free_azimuth: from.calibration.is_some(),
         ..ScoreParams::default()
     };
-    let score = truth.map(|truth| {
+    let score = from.truth.map(|truth| {
         let stage = Evaluate { tank: s.true_tank.clone(), params: params.clone() };
         graph.add("evaluate", stage, &[("roots", &[extract]), ("truth", &[truth])])
     });
-    let roots_score = truth.map(|truth| {
+    let roots_score = from.truth.map(|truth| {
         let stage = EvaluateRoots { tank: s.true_tank.clone(), params };
         graph.add("evaluate-roots", stage, &[("system", &[system]), ("truth", &[truth])])
     });
     // Two cameras fix no frame.
-    let simulated = matches!(s.source, Source::Simulated(_)) && photos.len() > 2;
-    let camera_errors = truth.filter(|_| simulated).map(|truth| {
+    let simulated = matches!(s.source, Source::Simulated(_)) && from.names.len() > 2;
+    let camera_errors = from.truth.filter(|_| simulated).map(|truth| {
         let stage = EvaluateCameras { true_tank: s.true_tank.clone(), tank: s.tank.clone() };
-        graph.add("evaluate-cameras", stage, &[("cameras", &[cameras]), ("truth", &[truth])])
+        graph.add("evaluate-cameras", stage, &[("cameras", &[from.cameras]), ("truth", &[truth])])
     });
     Ok(StudyNodes {
-        photos,
-        photo_nodes: files,
-        survey: survey_node,
-        cameras,
-        calibration,
+        photos: from.names.clone(),
+        photo_nodes: from.files.clone(),
+        survey: from.survey,
+        cameras: from.cameras,
+        calibration: from.calibration.clone(),
+        merged,
+        rootness,
         extract,
         system,
         traits,
-        volume,
-        labels,
-        sight,
-        overlays,
-        root_overlays,
-        previews,
-        root_lines,
-        spread,
         slices,
-        evidence_pictures,
         score,
         roots_score,
         camera_errors,
+        shown: None,
     })
 }
 
 /// What a set of views gives.
-struct Reconstruction {
-    merged: NodeId,
-    rootness: NodeId,
-    extract: NodeId,
-    system: NodeId,
-    traits: NodeId,
+pub(super) struct Reconstruction {
+    pub merged: NodeId,
+    pub rootness: NodeId,
+    pub extract: NodeId,
+    pub system: NodeId,
+    pub traits: NodeId,
 }
 
-/// A photograph's name, undistorted picture and camera.
-pub(super) type Seen<'a> = (&'a String, NodeId, NodeId);
-
 /// Photographs to reconstruct from; the lists run alike.
-struct Photographs<'a> {
-    files: &'a [NodeId],
-    seen: &'a [Seen<'a>],
-    views: &'a [NodeId],
+pub(super) struct Photographs<'a> {
+    pub files: &'a [NodeId],
+    pub cameras: &'a [NodeId],
+    pub views: &'a [NodeId],
     /// What is behind the roots, where it is learned.
-    background: &'a [NodeId],
+    pub background: &'a [NodeId],
 }
 
 /// From rendered views to traits; `draw` is added to the names of the nodes.
-fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &str) -> Reconstruction {
+pub(super) fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &str) -> Reconstruction {
     let name = |stage: &str| format!("{stage}{draw}");
     let merged = graph.add(
         &name("merge"),
@@ -256,10 +140,13 @@ fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &s
     let ports = [("ridges", &[ridges][..]), ("rootness", &[rootness])];
     let traced = graph.add(&name("trace"), trace, &ports);
     let measured = if s.diameters.enabled {
-        let cameras: Vec<NodeId> = from.seen.iter().map(|v| v.2).collect();
         let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
-        let ports =
-            [("pieces", &[traced][..]), ("photos", from.files), ("cameras", &cameras), ("background", from.background)];
+        let ports = [
+            ("pieces", &[traced][..]),
+            ("photos", from.files),
+            ("cameras", from.cameras),
+            ("background", from.background),
+        ];
         graph.add(&name("diameters"), diameters, &ports)
     } else {
         traced
@@ -271,105 +158,15 @@ fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &s
     Reconstruction { merged, rootness, extract, system, traits }
 }
 
-/// How the traits vary over random halves of the views.
+/// How many random halves of that many views the study asks for.
 ///
 /// # Errors
-/// Where halves are too few or too small.
-fn spread(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, traits: NodeId) -> Result<Option<NodeId>> {
+/// Where they are too few or too small.
+pub(super) fn spread_halves(s: &Settings, views: usize) -> Result<usize> {
     let count = s.traits.resample;
-    if count == 0 {
-        return Ok(None);
-    }
-    if !(2..=1000).contains(&count) || from.views.len() < 6 {
-        return Err(Error::usage(format!("traits.resample is {count} for {} photographs", from.views.len()))
+    if count > 0 && (!(2..=1000).contains(&count) || views < 6) {
+        return Err(Error::usage(format!("traits.resample is {count} for {views} photographs"))
             .help("give 2 to 1000 halves of at least 6 photographs, or 0"));
     }
-    let mut draws = Vec::with_capacity(count);
-    for (n, half) in halves(from.views.len(), count).iter().enumerate() {
-        let pick = |list: &[NodeId]| half.iter().map(|&v| list[v]).collect::<Vec<_>>();
-        let seen: Vec<Seen<'_>> = half.iter().map(|&v| from.seen[v]).collect();
-        let (files, views) = (pick(from.files), pick(from.views));
-        let half = Photographs { files: &files, seen: &seen, views: &views, background: from.background };
-        draws.push(reconstruct(graph, s, &half, &format!("/half-{}", n + 1)).traits);
-    }
-    Ok(Some(graph.add("spread", Spread {}, &[("traits", &[traits][..]), ("draws", &draws)])))
-}
-
-/// Fails where two photographs would have one name in the results.
-fn check_names(names: &[String]) -> Result<()> {
-    let stem = |name: &str| name.rsplit_once('.').map_or(name, |(stem, _)| stem).to_owned();
-    let mut known: BTreeMap<String, &String> = BTreeMap::new();
-    for name in names {
-        if let Some(first) = known.insert(stem(name), name) {
-            let message = format!("photos.images finds two photographs named `{}`: `{first}` and `{name}`", stem(name));
-            return Err(Error::usage(message).help(
-                "give each photograph of a study a name of its own; of two formats of one photograph, let the pattern name one",
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// The parts of the camera file.
-fn camera_file(graph: &mut Graph, s: &Settings) -> Result<Vec<NodeId>> {
-    let label = |path: &Path| match path.file_name() {
-        Some(name) => format!("cameras-file/{}", name.to_string_lossy()),
-        None => "cameras-file".to_owned(),
-    };
-    Ok(s.cameras.files(&s.input_dir)?.iter().map(|path| graph.file(&label(path), path)).collect())
-}
-
-/// The cameras in the tank frame that the photographs give: alone, or with the poses of a camera file.  Paper 2.2.
-fn registered(
-    graph: &mut Graph,
-    s: &Settings,
-    names: &[String],
-    files: &[NodeId],
-    known: Option<&[NodeId]>,
-) -> (NodeId, Option<CalibrationNodes>) {
-    let given: Vec<NodeId> = s.mask_picture.iter().map(|path| graph.file("mask-file", path)).collect();
-    let mask = graph.add("sfm-mask", SfmMask { params: s.mask.clone() }, &[("photos", files), ("given", &given)]);
-    let photos = names.to_vec();
-    let sparse = match known {
-        Some(parts) => {
-            let stage = SfmKnown { photos: photos.clone(), params: s.sfm.clone() };
-            graph.add("sfm-known", stage, &[("file", parts), ("photos", files), ("mask", &[mask])])
-        }
-        None => {
-            let stage = Sfm { photos: photos.clone(), program: installed(), params: s.sfm.clone() };
-            graph.add("sfm", stage, &[("photos", files), ("mask", &[mask])])
-        }
-    };
-    let pose = Pose { tank: s.tank.clone(), photos: photos.clone(), params: s.pose.clone() };
-    let pose = graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files)]);
-    let pictures = PosePictures { tank: s.tank.clone(), print_thickness_mm: s.pose.print_thickness_mm, photos };
-    let pictures = graph.add("pose-pictures", pictures, &[("pose", &[pose]), ("photos", files)]);
-    (pose, Some(CalibrationNodes { mask, pose, pictures }))
-}
-
-/// One view's volume, by the method of the study.
-fn rendered_view(
-    graph: &mut Graph,
-    s: &Settings,
-    name: &str,
-    photo: NodeId,
-    camera: NodeId,
-    is_virtual: bool,
-) -> NodeId {
-    let (tank, grid, sizes) = (s.tank.clone(), s.grid, s.render.sizes());
-    let label = format!("render/{name}");
-    match s.render.method {
-        Method::Exact => {
-            let (stage, ports) =
-                (Render { tank, grid, options: s.render.options() }, [("photo", &[photo][..]), ("camera", &[camera])]);
-            if is_virtual { graph.add_virtual(&label, stage, &ports) } else { graph.add(&label, stage, &ports) }
-        }
-        Method::PatchRbf => {
-            let lattice = Lattice { tank: tank.clone(), grid, sizes };
-            let lattice = graph.add(&format!("lattice/{name}"), lattice, &[("camera", &[camera])]);
-            let ports = [("photo", &[photo][..]), ("camera", &[camera]), ("lattice", &[lattice])];
-            let stage = RenderPatch { tank, grid, sizes };
-            if is_virtual { graph.add_virtual(&label, stage, &ports) } else { graph.add(&label, stage, &ports) }
-        }
-    }
+    Ok(count)
 }

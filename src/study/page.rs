@@ -39,6 +39,7 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
         let name = "trait_spread.csv";
         tables::read(name, &report.artefact(node)?.bytes(name)?)
     };
+    let shown = nodes.shown()?;
     let system: RootSystem = report.artefact(nodes.system)?.json("system.json")?;
     let named: Vec<NamedView> = report.artefact(nodes.cameras)?.json("cameras")?;
     let views = in_order(&nodes.photos, &named)?;
@@ -49,7 +50,7 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
     let score: Option<Score> = nodes.score.map(|n| report.artefact(n)?.json("score")).transpose()?;
     let bands: Option<Vec<Band>> = nodes.score.map(|n| report.artefact(n)?.json("bands")).transpose()?;
     let judgement: Option<Judgement> = nodes.roots_score.map(|n| report.artefact(n)?.json("judgement")).transpose()?;
-    let sight: Vec<Sight> = report.artefact(nodes.sight)?.json("sight")?;
+    let sight: Vec<Sight> = report.artefact(shown.sight)?.json("sight")?;
     let warnings = warnings(graph, nodes, report);
     let stages = stages(lock);
     let inputs: Vec<(String, String)> = lock
@@ -63,7 +64,7 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
         tank: &settings.tank,
         system: &system,
         traits: &tables::read_traits(&traits.bytes("traits.csv")?)?,
-        spread: nodes.spread.map(spread).transpose()?.as_ref(),
+        spread: shown.spread.map(spread).transpose()?.as_ref(),
         per_root: &table("per_root.csv")?,
         profile: &table("depth_profile.csv")?,
         evidence: Evidence {
@@ -108,7 +109,8 @@ fn in_order(photos: &[String], named: &[NamedView]) -> Result<Vec<View>> {
 
 fn photographs(nodes: &StudyNodes, report: &Report, views: &[View]) -> Result<Vec<Photograph>> {
     let directions = directions(views);
-    let made = nodes.previews.iter().zip(&nodes.root_lines);
+    let shown = nodes.shown()?;
+    let made = shown.previews.iter().zip(&shown.root_lines);
     nodes
         .photos
         .iter()

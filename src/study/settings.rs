@@ -5,7 +5,7 @@ use super::document::{Document, Resolved, Sources, note};
 use super::inputs::{CameraSource, Cameras, GridSection, Photos, StudySection, TankSection, TrueTank, Truth};
 use super::photographs::{self, Found};
 use super::render::RenderSection;
-use super::scale;
+use super::scale::{self, Scale};
 use crate::calibration::RegisterParams;
 use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
@@ -22,7 +22,10 @@ use crate::volume::merge::Merge;
 use crate::volume::rootness::Rootness;
 use crate::volume::suppress::Suppress;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// `[simulate]`: photograph a grown root system instead of reading photographs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -146,6 +149,10 @@ pub(super) struct Origin {
     name: String,
     /// Folder that `photos.dir` starts from.
     base: PathBuf,
+    /// What was found of the world outside of the file, by the settings that it was looked for with: the points of a sweep
+    /// look once.
+    photographs: Mutex<BTreeMap<(PathBuf, String), Found>>,
+    scales: Mutex<BTreeMap<String, Scale>>,
 }
 
 impl Origin {
@@ -154,7 +161,50 @@ impl Origin {
         let from_command = overrides.iter().any(|o| o.trim_start().starts_with("photos.dir"));
         let base = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
         let name = path.file_stem().map_or("study".into(), |s| s.to_string_lossy().into());
-        Self { name, base: base.to_owned() }
+        Self { name, base: base.to_owned(), photographs: Mutex::default(), scales: Mutex::default() }
+    }
+
+    /// As [`photographs::find`].
+    fn photographs(&self, input_dir: &Path, photos: &Photos) -> Result<Found> {
+        let key = (input_dir.to_owned(), photos.images.clone());
+        remembered(&self.photographs, key, || photographs::find(input_dir, photos))
+    }
+}
+
+/// Sections that decide nothing about the voxels' edge.
+const NO_SCALE: &[&str] = &[
+    "study",
+    "render",
+    "contrast",
+    "merge",
+    "rootness",
+    "suppress",
+    "extract",
+    "trace",
+    "diameters",
+    "hierarchy",
+    "traits",
+    "overlay",
+    "report",
+    "truth",
+];
+
+/// The values that counted, but those of some sections.
+fn written_but(resolved: &Resolved, sections: &[&str]) -> String {
+    let counts = |name: &str| name.split_once('.').is_none_or(|(section, _)| !sections.contains(&section));
+    let mut text = String::new();
+    for (name, value) in resolved.iter().filter(|(name, _)| counts(name)) {
+        text.extend([name.as_str(), " = ", value, "\n"]);
+    }
+    text
+}
+
+/// The value of that key, made the first time.
+fn remembered<K: Ord, V: Clone>(known: &Mutex<BTreeMap<K, V>>, key: K, make: impl FnOnce() -> Result<V>) -> Result<V> {
+    let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+    match known.entry(key) {
+        Entry::Occupied(value) => Ok(value.get().clone()),
+        Entry::Vacant(free) => Ok(free.insert(make()?).clone()),
     }
 }
 
@@ -197,6 +247,11 @@ impl Settings {
             file.take_table(left_out);
         }
         Self::read(file, &Origin::of(path, overrides))
+    }
+
+    /// Every value that counted, but those of some sections.
+    pub(super) fn resolved_but(&self, sections: &[&str]) -> String {
+        written_but(&self.resolved, sections)
     }
 
     /// Reads the sections of `file`.
@@ -252,7 +307,7 @@ impl Settings {
 
         let input_dir = clean(&origin.base.join(&photos.dir));
         // A folder that is not there is told of before the files in it.
-        let found = if simulated { Found::default() } else { photographs::find(&input_dir, &photos)? };
+        let found = if simulated { Found::default() } else { origin.photographs(&input_dir, &photos)? };
         let mut notes: Vec<String> = found.note().into_iter().collect();
         let tank = tank.resolve(&input_dir)?;
         let true_tank = simulate.tank.resolve(&tank)?;
@@ -263,7 +318,9 @@ impl Settings {
         let spacing_mm = match grid.spacing {
             Some(spacing_mm) => spacing_mm,
             None => {
-                let scale = scale::of(&source, &cameras, &input_dir, &tank, depth_mm)?;
+                let key = written_but(&resolved, NO_SCALE);
+                let make = || scale::of(&source, &cameras, &input_dir, &tank, depth_mm);
+                let scale = remembered(&origin.scales, key, make)?;
                 rootness.check(scale.spacing_mm)?;
                 notes.push(scale.reason);
                 note(&mut resolved, "grid", &GridSection { spacing: Some(scale.spacing_mm), ..grid })?;
