@@ -50,6 +50,17 @@ async function open(browser, options = {}) {
   page.on("pageerror", (error) => page.faults.push(error.message));
   page.on("request", (request) => page.asked.push(request.url()));
   page.on("websocket", (socket) => page.asked.push(socket.url()));
+  // Whether a frame with the roots in it comes before plotly.js starts.
+  if (options.javaScriptEnabled !== false) {
+    await page.addInitScript(() => {
+      const look = () => {
+        if (window.Plotly) return;
+        if (document.querySelector("#view3d .sketch svg path")) window.sketchedFirst = true;
+        requestAnimationFrame(look);
+      };
+      requestAnimationFrame(look);
+    });
+  }
   await page.goto(address);
   if (options.javaScriptEnabled !== false) await page.waitForSelector("html[data-ready=yes]", { timeout: 60000 });
   return page;
@@ -78,6 +89,10 @@ const begun = Date.now();
 const page = await open(browser);
 const opened = Date.now() - begun;
 
+await test("the roots are drawn before plotly.js starts, and no drawing stays behind", async () => {
+  check(await page.evaluate(() => window.sketchedFirst), "they were not");
+  check((await page.locator(".sketch").count()) === 0, "the drawing is still there");
+});
 await test("a root chosen from the list shows its row of per_root.csv", async () => {
   for (const row of perRoot) {
     await page.selectOption("#choose", row.root_id);

@@ -29,7 +29,7 @@ fn main() {
     let forward = Vec3::new(-1.0, 0.0, 0.07).normalize();
     let right = forward.cross(&Vec3::z()).normalize();
     let rotation = Mat3::from_rows(&[right.transpose(), forward.cross(&right).transpose(), forward.transpose()]);
-    let distortion = Distortion { k1: -0.09, k2: 0.05, p1: 4e-4, p2: -3e-4, k3: 0.0 };
+    let distortion = Distortion { k1: -0.09, k2: 0.05, p1: 4e-4, p2: -3e-4, k3: 0.0, ..Distortion::default() };
     let lens = Lens { width: 968, height: 648, focal_px: 984.0, cx: 488.0, cy: 320.0, distortion };
     let view = View { lens, rotation, translation_mm: -(rotation * Vec3::new(480.0, 0.0, 90.0)) };
     let grid = Grid::of_tank(&tank, 1.0, 180.0).expect("the paper's grid");

@@ -35,7 +35,7 @@ fn view(scale: usize) -> View {
     let right = forward.cross(&Vec3::z()).normalize();
     let rotation = Mat3::from_rows(&[right.transpose(), forward.cross(&right).transpose(), forward.transpose()]);
     let s = scale as f64;
-    let distortion = Distortion { k1: -0.09, k2: 0.05, p1: 4e-4, p2: -3e-4, k3: 0.0 };
+    let distortion = Distortion { k1: -0.09, k2: 0.05, p1: 4e-4, p2: -3e-4, k3: 0.0, ..Distortion::default() };
     let lens =
         Lens { width: 968 * scale, height: 648 * scale, focal_px: 984.0 * s, cx: 488.0 * s, cy: 320.0 * s, distortion };
     View { lens, rotation, translation_mm: -(rotation * Vec3::new(480.0, 0.0, 90.0)) }

@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rootvox::calibration::chamfer::shrunken;
 use rootvox::calibration::sparse::{Sighting, SparsePoint, SparseView};
-use rootvox::calibration::{Method, RegisterParams, Registration, SparseModel, register};
+use rootvox::calibration::{LensPrior, Method, RegisterParams, Registration, SparseModel, register};
 use rootvox::error::Result;
 use rootvox::evaluation::{CameraErrors, camera_errors};
 use rootvox::optics::{Index, Tank, Vec3, View};
@@ -64,7 +64,8 @@ fn sparse(views: &[View]) -> SparseModel {
     let own = |x: &Vec3| turn * x * scale + shift;
     let sparse_views = views.iter().enumerate().map(|(k, v)| {
         let rotation = v.rotation * turn.transpose();
-        SparseView { file: format!("{k:03}.jpg"), rotation, translation: -(rotation * own(&v.centre_in_tank())) }
+        let translation = -(rotation * own(&v.centre_in_tank()));
+        SparseView { file: format!("{k:03}.jpg"), lens, rotation, translation }
     });
     let mut points = Vec::new();
     for k in 0..600 {
@@ -87,7 +88,7 @@ fn sparse(views: &[View]) -> SparseModel {
             points.push(SparsePoint { position: own(&x), seen });
         }
     }
-    SparseModel { lens, views: sparse_views.collect(), points }.normalised()
+    SparseModel { views: sparse_views.collect(), points }.normalised()
 }
 
 fn registered(tank: &Tank, params: &RegisterParams) -> Result<Registration> {
@@ -96,9 +97,9 @@ fn registered(tank: &Tank, params: &RegisterParams) -> Result<Registration> {
     let gray: Vec<_> = gray.iter().map(|g| g.view()).collect();
     let small: Vec<_> = match params.method {
         Method::Adjust => Vec::new(),
-        Method::Chamfer => case.photos.iter().map(|p| shrunken(p, &case.sparse.lens, 4)).collect(),
+        Method::Chamfer => case.photos.iter().map(|p| shrunken(p, &case.sparse.views[0].lens, 4)).collect(),
     };
-    register(&case.sparse, &gray, &small, tank, None, params)
+    register(&case.sparse, &gray, &small, tank, LensPrior::None, params)
 }
 
 fn errors(registration: &Registration) -> CameraErrors {

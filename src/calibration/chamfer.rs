@@ -193,7 +193,7 @@ impl Rims {
 
     /// The silhouette's corners in the shrunken photograph, in order; empty where the tank reaches behind the camera.
     fn silhouette(&self, view: &View, shrink: usize) -> Vec<Vector2<f64>> {
-        let (lens, shrink) = (&view.lens, shrink as f64);
+        let (lens, shrink) = (view.lens.ideal(), shrink as f64);
         let mut corners = Vec::with_capacity(self.0.len());
         for x in &self.0 {
             let c = view.rotation * x + view.translation_mm;
@@ -239,10 +239,10 @@ impl Rims {
 
     /// The contour in the photograph as taken, with its misses.
     fn edges(&self, view: &View, index: usize, contour: &[(f64, f64)], shrink: usize) -> Vec<Edge> {
-        let lens = &view.lens;
+        let ideal = view.lens.ideal();
         let taken = |x: f64, y: f64| {
-            let full = |p: f64, centre: f64| ((p + 0.5) * shrink as f64 - 0.5 - centre) / lens.focal_px;
-            lens.pixel(full(x, lens.cx), full(y, lens.cy))
+            let full = |p: f64, centre: f64| ((p + 0.5) * shrink as f64 - 0.5 - centre) / ideal.focal_px;
+            view.lens.pixel(full(x, ideal.cx), full(y, ideal.cy))
         };
         let edge = |(&(x, y), miss): (&(f64, f64), Vector2<f64>)| {
             let (from, to) = (taken(x, y), taken(x + miss.x, y + miss.y));

@@ -6,6 +6,7 @@
 
 pub mod adjust;
 pub mod chamfer;
+pub mod check;
 mod height;
 pub mod masks;
 pub mod outline;
@@ -16,5 +17,5 @@ pub mod similarity;
 pub mod sparse;
 pub mod start;
 
-pub use register::{Edge, Method, RegisterParams, Registration, register};
+pub use register::{Edge, LensPrior, Method, RegisterParams, Registration, register};
 pub use sparse::SparseModel;

@@ -63,7 +63,8 @@ impl Adjustment {
 }
 
 /// Says what the user should know.
-pub(super) fn warn(network: &Network, quality: &Adjustment, photos: usize, warnings: &mut Vec<String>) {
+pub(super) fn warn(network: &Network, quality: &Adjustment, names: &[&str], warnings: &mut Vec<String>) {
+    let photos = names.len();
     // Sides show where the room is not as bright as the print only: they are a help, no need.
     let rings: Vec<usize> = (0..network.contours.len()).filter(|&k| !network.contours[k].is_side()).collect();
     for &ring in rings.iter().filter(|&&ring| network.seen(ring) < photos) {
@@ -90,12 +91,71 @@ pub(super) fn warn(network: &Network, quality: &Adjustment, photos: usize, warni
     }
     let typical = median(&mut quality.view_residuals_px.clone());
     for (k, r) in quality.view_residuals_px.iter().enumerate().filter(|(_, r)| **r > (5.0 * typical).max(0.2)) {
-        warnings.push(format!("view {k} misses its belt points by {r:.2} px, the others by {typical:.2} px"));
+        let name = names[k];
+        warnings.push(format!("`{name}` misses its belt points by {r:.2} px, the others by {typical:.2} px"));
+    }
+    turned(&quality.turning, names, warnings);
+    let (thicker, sigma) = (quality.thicker_mm, quality.uncertainty.radius_mm);
+    if thicker.abs() > THICKER_MM.max(3.0 * sigma) {
+        warnings.push(format!(
+            "the print lies at a radius {:.2} mm {} than tank.radius and pose.print_thickness_mm say (standard deviation {sigma:.2} \
+             mm): the tank is {0:.2} mm {1} in radius, or the print is not as thick; the cameras go by what was seen, the water and its \
+             wall by tank.radius: give it that much {1} if the print's thickness is right",
+            thicker.abs(),
+            if thicker > 0.0 { "larger" } else { "smaller" }
+        ));
     }
     if quality.uncertainty.wall_px > 0.5 {
         warnings.push(format!(
             "points on the tank's wall are uncertain by {:.2} px: more views or belts at both ends would help",
             quality.uncertainty.wall_px
         ));
+    }
+}
+
+/// From so much on the printed surface's radius is told of, mm: what a tape measure and paper may be off.
+const THICKER_MM: f64 = 0.15;
+/// A table that wobbles, or has play, by less is as good as can be had: degrees, mm.
+const WOBBLE: (f64, f64) = (0.05, 0.3);
+
+/// A camera that was moved, or a table that wobbles, and what was done about it.
+fn turned(turning: &Turning, names: &[&str], warnings: &mut Vec<String>) {
+    if let Some(bump) = &turning.bump {
+        warnings.push(format!(
+            "the camera was moved before `{}`: the table's axis lies {:.2} mm and {:.2} degrees elsewhere in its picture from then on; \
+             the poses follow, and the one axis holds them together less",
+            names[bump.view], bump.moved_mm, bump.turned_deg
+        ));
+    } else if turning.wobble_deg > WOBBLE.0 || turning.play_mm > WOBBLE.1 {
+        warnings.push(format!(
+            "the table does not turn about one axis: half of the photographs are off by over {:.2} degrees or {:.2} mm; the poses \
+             follow it. Is the tank fixed on the table, and the camera on its tripod?",
+            turning.wobble_deg, turning.play_mm
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::adjust::Bump;
+    use super::*;
+
+    #[test]
+    fn what_moved_is_told_with_its_photograph() {
+        let of = |turning: &Turning| {
+            let mut warnings = Vec::new();
+            turned(turning, &["a.jpg", "b.jpg"], &mut warnings);
+            warnings
+        };
+        let still = Turning { tilt_deg: 1.0, offset_mm: 2.0, wobble_deg: 0.01, play_mm: 0.02, bump: None };
+        assert!(of(&still).is_empty());
+        let wobbling = Turning { play_mm: 0.5, ..still.clone() };
+        assert!(of(&wobbling)[0].contains("0.50 mm"));
+        let bump = Some(Bump { view: 1, moved_mm: 1.8, turned_deg: 0.5 });
+        let told = of(&Turning { bump, ..wobbling });
+        assert!(
+            told.len() == 1 && told[0].contains("`b.jpg`: the table's axis lies 1.80 mm and 0.50 degrees"),
+            "{told:?}"
+        );
     }
 }

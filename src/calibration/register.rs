@@ -100,9 +100,19 @@ pub struct Registration {
     pub warnings: Vec<String>,
 }
 
+/// What is known of the lens beforehand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LensPrior {
+    /// Nothing but what the sparse model found.
+    None,
+    /// The focal length that the camera wrote into its photographs, px.
+    Focal(f64),
+    /// That of the sparse model is known, and stays.
+    Known,
+}
+
 /// Registers the views of `model` in the tank frame. `photos` are gray (0..255), one per view of the model; `shrunken`
-/// are read with method `chamfer` alone ([`super::chamfer::shrunken`]); `focal_prior_px` is what the camera wrote into its
-/// photographs.
+/// are read with method `chamfer` alone ([`super::chamfer::shrunken`]).
 ///
 /// # Errors
 /// Where the views give no axis, the points no cylinder, or too little is seen to hold the cameras.
@@ -111,10 +121,13 @@ pub fn register(
     photos: &[ArrayView2<u8>],
     shrunken: &[Array3<u8>],
     tank: &Tank,
-    focal_prior_px: Option<f64>,
+    prior: LensPrior,
     params: &RegisterParams,
 ) -> Result<Registration> {
     params.check()?;
+    if params.method == Method::Adjust {
+        model.one_lens()?;
+    }
     if photos.len() != model.views.len() {
         let (p, v) = (photos.len(), model.views.len());
         return Err(Error::failed(format!("{p} photographs do not go with the {v} views of the sparse model")));
@@ -157,9 +170,11 @@ pub fn register(
                 redundancy: 1.0,
                 contours,
                 outline: Vec::new(),
-                focal_prior_px: focal_prior_px
-                    .filter(|_| params.adjust.focal_sigma > 0.0)
-                    .map(|f| (f, params.adjust.focal_sigma * f)),
+                focal_prior_px: match prior {
+                    LensPrior::Focal(f) if params.adjust.focal_sigma > 0.0 => Some((f, params.adjust.focal_sigma * f)),
+                    _ => None,
+                },
+                holds_lens: prior == LensPrior::Known,
             };
             together(registration, network, model, photos, &begun, params)?
         }
@@ -240,7 +255,8 @@ fn together(
         adjusted = adjust::adjust(&network, &now, &params.adjust)?;
     }
     let adjustment = Adjustment::of(&network, &adjusted);
-    warn(&network, &adjustment, photos.len(), &mut registration.warnings);
+    let names: Vec<&str> = model.views.iter().map(|view| view.file.as_str()).collect();
+    warn(&network, &adjustment, &names, &mut registration.warnings);
     let Adjusted { views, points_mm, misses_px, .. } = adjusted;
     let edge = |(o, miss): (&adjust::OutlinePoint, &[f64; 2])| Edge { view: o.view, u: o.u, v: o.v, miss_px: *miss };
     registration.edges = network.outline.iter().zip(&misses_px).map(edge).collect();

@@ -30,7 +30,7 @@ impl Similarity {
             .map(|v| {
                 let rotation = v.rotation * self.rotation.transpose();
                 let translation_mm = v.translation * self.scale - rotation * self.translation_mm;
-                View { lens: model.lens, rotation, translation_mm }
+                View { lens: v.lens, rotation, translation_mm }
             })
             .collect()
     }

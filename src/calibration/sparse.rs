@@ -1,4 +1,4 @@
-//! What structure from motion hands over: one lens, poses, points with their tracks.
+//! What structure from motion or a camera file hands over: lenses, poses, points with their tracks.
 //!
 //! Pixels are those of the photographs as taken (distortion left in), the centre of the top-left pixel
 //! at (0, 0). The frame is arbitrary in position, orientation and scale; [`SparseModel::normalised`]
@@ -13,6 +13,8 @@ use serde::{Deserialize, Serialize};
 pub struct SparseView {
     /// Name of the photograph.
     pub file: String,
+    /// Its lens.
+    pub lens: Lens,
     /// Rotation of `cam_from_sfm`.
     #[serde(rename = "R")]
     pub rotation: Mat3,
@@ -45,8 +47,6 @@ pub struct SparsePoint {
 /// Result of structure from motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SparseModel {
-    /// The one lens of all photographs.
-    pub lens: Lens,
     /// Registered photographs in capture order.
     pub views: Vec<SparseView>,
     /// Points.
@@ -66,8 +66,8 @@ impl SparseModel {
     /// # Errors
     /// Names view or point.
     pub fn check(&self) -> Result<()> {
-        self.lens.check()?;
         for view in &self.views {
+            view.lens.check().map_err(|e| e.at(format!("sparse model, `{}`", view.file)))?;
             let drift = (view.rotation * view.rotation.transpose() - Mat3::identity()).abs().max();
             if !view.translation.iter().all(|x| x.is_finite()) || drift.is_nan() || drift > 1e-6 {
                 return Err(Error::failed(format!("sparse model: the pose of `{}` is no rigid motion", view.file)));
@@ -115,6 +115,22 @@ impl SparseModel {
         self
     }
 
+    /// The lens of all views.
+    ///
+    /// # Errors
+    /// Where there is no view, or two lenses; both are named.
+    pub fn one_lens(&self) -> Result<Lens> {
+        let first = self.views.first().ok_or_else(|| Error::failed("there is no view"))?;
+        match self.views.iter().find(|v| v.lens != first.lens) {
+            None => Ok(first.lens),
+            Some(other) => Err(Error::failed(format!(
+                "`{}` and `{}` are taken through two lenses, but the tank is registered with one",
+                first.file, other.file
+            ))
+            .help("give all cameras in the tank's frame (cameras.frame = \"tank\"): there each view may have its own lens")),
+        }
+    }
+
     /// Root mean square distance in px between where the points are seen and where they project; `None`
     /// without sightings in front of the cameras.
     pub fn reprojection_rms_px(&self) -> Option<f64> {
@@ -124,7 +140,7 @@ impl SparseModel {
                 let view = &self.views[s.view];
                 let x = view.rotation * p.position + view.translation;
                 if x.z > 0.0 {
-                    let (u, v) = self.lens.pixel(x.x / x.z, x.y / x.z);
+                    let (u, v) = view.lens.pixel(x.x / x.z, x.y / x.z);
                     sum += (u - s.u).powi(2) + (v - s.v).powi(2);
                     count += 1;
                 }
@@ -146,7 +162,7 @@ mod tests {
         let views: Vec<_> = (0..4)
             .map(|i| {
                 let rotation = Rotation3::new(Vec3::new(0.1, 0.4 * f64::from(i), 0.0)).into_inner();
-                SparseView { file: format!("{i}.jpg"), rotation, translation: Vec3::new(0.1, 0.0, 5.0) }
+                SparseView { file: format!("{i}.jpg"), lens, rotation, translation: Vec3::new(0.1, 0.0, 5.0) }
             })
             .collect();
         let points = (0..5)
@@ -164,7 +180,7 @@ mod tests {
                 SparsePoint { position, seen }
             })
             .collect();
-        SparseModel { lens, views, points }
+        SparseModel { views, points }
     }
 
     #[test]

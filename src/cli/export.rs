@@ -1,5 +1,6 @@
-//! `rootvox export`: single pictures out of a study.
+//! `rootvox export`: single pictures, or the cameras, out of a study.
 
+use super::export_cameras::Cameras;
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
 use super::progress::Display;
 use crate::error::{Error, Result};
@@ -15,7 +16,7 @@ use clap::{Args, Subcommand};
 use ndarray::{Axis, s};
 use std::path::PathBuf;
 
-/// Take a single picture out of a study.
+/// Take a single picture, or the cameras, out of a study.
 #[derive(Args)]
 pub struct Export {
     #[command(subcommand)]
@@ -26,6 +27,7 @@ pub struct Export {
 enum What {
     Slice(Slice),
     Evidence(Evidence),
+    Cameras(Cameras),
 }
 
 /// A horizontal slice of one view's volume: how the rays of that photograph run through the water.
@@ -57,7 +59,7 @@ struct Slice {
 }
 
 impl Export {
-    /// Writes the picture.
+    /// Writes the picture or the cameras.
     ///
     /// # Errors
     /// Faults of the study, an unknown photograph, a depth outside the grid.
@@ -65,6 +67,7 @@ impl Export {
         match &self.what {
             What::Slice(slice) => slice.run(),
             What::Evidence(evidence) => evidence.run(),
+            What::Cameras(cameras) => cameras.run(),
         }
     }
 }
@@ -126,7 +129,12 @@ fn numbered(photos: &[String], view: &str) -> Result<usize> {
 }
 
 /// Brings nodes up to date, showing how far they are.
-fn computed(graph: &Graph, wanted: &[NodeId], store: &StoreOptions, machine: &MachineOptions) -> Result<Report> {
+pub(super) fn computed(
+    graph: &Graph,
+    wanted: &[NodeId],
+    store: &StoreOptions,
+    machine: &MachineOptions,
+) -> Result<Report> {
     let store = store.open()?;
     let display = Display::new(graph.labels());
     let report = Engine::new(&store)

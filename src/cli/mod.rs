@@ -6,11 +6,14 @@
 mod belt;
 mod cache;
 mod cancel;
+mod check;
 pub mod complaint;
+mod corrections;
 mod doctor;
 mod evaluate;
 mod explain;
 mod export;
+mod export_cameras;
 mod options;
 mod progress;
 mod reach;
@@ -44,9 +47,11 @@ enum Command {
     Rerun(rerun::Rerun),
     Status(status::Status),
     Why(why::Why),
+    Check(check::Check),
     Simulate(simulate::Simulate),
     Evaluate(evaluate::Evaluate),
     Belt(belt::Belt),
+    Corrections(corrections::Corrections),
     Export(export::Export),
     Cache(cache::Cache),
     Doctor(doctor::Doctor),
@@ -62,9 +67,11 @@ pub fn run() -> Result<()> {
         Command::Rerun(c) => c.run(),
         Command::Status(c) => c.run(),
         Command::Why(c) => c.run(),
+        Command::Check(c) => c.run(),
         Command::Simulate(c) => c.run(),
         Command::Evaluate(c) => c.run(),
         Command::Belt(c) => c.run(),
+        Command::Corrections(c) => c.run(),
         Command::Export(c) => c.run(),
         Command::Cache(c) => c.run(),
         Command::Doctor(c) => c.run(),

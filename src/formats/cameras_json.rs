@@ -1,7 +1,7 @@
-//! `cameras.json`: one lens and, per photograph, the pose `x_cam = R x_tank + t`.
+//! `cameras.json`: a lens and, per photograph, the pose `x_cam = R x_tank + t`; a view may have `intrinsics` of its own.
 //!
-//! The camera looks along +z, x right, y down; the centre of the top-left pixel is (0, 0); distortion
-//! k1, k2, p1, p2, k3 as OpenCV's; t in mm; R is written row by row.
+//! The camera looks along +z, x right, y down; the centre of the top-left pixel is (0, 0); distortion as in
+//! [`crate::optics::distortion`]; t in mm; R is written row by row.
 
 use super::json;
 use crate::error::{Error, Result};
@@ -21,13 +21,16 @@ pub struct NamedView {
 struct File {
     #[serde(default)]
     convention: String,
-    intrinsics: Lens,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    intrinsics: Option<Lens>,
     views: Vec<Pose>,
 }
 
 #[derive(Serialize, Deserialize)]
 struct Pose {
     file: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    intrinsics: Option<Lens>,
     #[serde(rename = "R")]
     r: [[f64; 3]; 3],
     t: [f64; 3],
@@ -50,7 +53,12 @@ pub fn parse(name: &str, text: &str) -> Result<Vec<NamedView>> {
     let mut faults = Vec::new();
     for pose in f.views {
         let rotation = Mat3::from_fn(|i, j| pose.r[i][j]);
-        let view = View { lens: f.intrinsics, rotation, translation_mm: Vec3::from(pose.t) };
+        let Some(lens) = pose.intrinsics.or(f.intrinsics) else {
+            let none = format!("`{name}`, view `{}`: it has no `intrinsics`, nor has the file", pose.file);
+            faults.push(Error::failed(none).help("give the lens once for all views, or with each of them"));
+            continue;
+        };
+        let view = View { lens, rotation, translation_mm: Vec3::from(pose.t) };
         if let Err(e) = view.check() {
             faults.push(e.at(format!("`{name}`, view `{}`", pose.file)));
             continue;
@@ -70,27 +78,23 @@ pub fn parse(name: &str, text: &str) -> Result<Vec<NamedView>> {
     Ok(views)
 }
 
-/// The content of a `cameras.json`.
+/// The content of a `cameras.json`; the first view's lens stands for all that have the same.
 ///
 /// # Errors
-/// Where the views do not share one lens, or there are none.
+/// Where there is no view.
 pub fn write(views: &[NamedView]) -> Result<String> {
     let Some(first) = views.first() else {
         return Err(Error::failed("cameras.json: no view to write"));
     };
-    if let Some(v) = views.iter().find(|v| v.view.lens != first.view.lens) {
-        return Err(Error::failed(format!(
-            "cameras.json holds one lens, but `{}` has another than `{}`",
-            v.file, first.file
-        )));
-    }
+    let common = first.view.lens;
     let file = File {
         convention: CONVENTION.to_owned(),
-        intrinsics: first.view.lens,
+        intrinsics: Some(common),
         views: views
             .iter()
             .map(|v| Pose {
                 file: v.file.clone(),
+                intrinsics: (v.view.lens != common).then_some(v.view.lens),
                 r: std::array::from_fn(|i| std::array::from_fn(|j| v.view.rotation[(i, j)])),
                 t: v.view.translation_mm.into(),
             })
@@ -123,6 +127,21 @@ mod tests {
     fn what_is_written_is_read_back() {
         let views = parse("c.json", &text("1")).unwrap();
         assert_eq!(parse("c.json", &write(&views).unwrap()).unwrap(), views);
+    }
+
+    #[test]
+    fn a_view_may_have_a_lens_of_its_own() {
+        let mut views = parse("c.json", &text("1")).unwrap();
+        let mut other = views[0].clone();
+        other.file = "b.jpg".into();
+        other.view.lens.focal_px = 10.0;
+        other.view.lens.distortion.b1 = 0.5;
+        views.push(other);
+        let written = write(&views).unwrap();
+        assert_eq!(written.matches("intrinsics").count(), 2, "{written}");
+        assert_eq!(parse("c.json", &written).unwrap(), views);
+        let none = text("1").replace("intrinsics", "lens");
+        assert!(parse("c.json", &none).unwrap_err().message.contains("a.jpg"));
     }
 
     #[test]

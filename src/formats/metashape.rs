@@ -1,17 +1,17 @@
 //! Agisoft Metashape's cameras XML (File > Export > Export Cameras).
 //!
-//! What is read: the first chunk with aligned cameras; its one sensor in use with the adjusted calibration (`class`
-//! "adjusted", else any); per camera its label and `transform`, the 4x4 matrix `chunk_from_cam` row by row; the
+//! What is read: the first chunk with aligned cameras; its sensors, frame or (equidistant) fisheye, with the adjusted
+//! calibration (`class` "adjusted", else any); per camera its label and `transform`, the 4x4 matrix `chunk_from_cam` row by row; the
 //! transform of the chunk or, in newer files, of its component (rotation, translation, scale) where there is one, applied to
 //! all poses. Cameras that are not aligned or switched off are left out. A label may lack the photograph's ending.
 //!
 //! Differences that are undone here: cx and cy count from the picture's middle, the corner of the top-left pixel is
-//! (0, 0), and p1 and p2 change places against OpenCV's. b1, b2 (pixels that are not square) and k4 have no counterpart
-//! here: what moves a corner of the picture by 0.1 px or more is refused.
+//! (0, 0), p1 and p2 change places against OpenCV's, and k4 counts by r⁸. p3 and p4 have no counterpart here: what moves a
+//! corner of the picture by 0.1 px or more is refused.
 
 use crate::calibration::sparse::{SparseModel, SparseView};
 use crate::error::{Error, Result};
-use crate::optics::{Distortion, Lens, Mat3, Vec3};
+use crate::optics::{Distortion, Lens, Mat3, Model, Vec3};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 use std::collections::BTreeMap;
@@ -21,6 +21,7 @@ use std::collections::BTreeMap;
 struct Sensor {
     id: String,
     adjusted: bool,
+    kind: String,
     size: Option<(f64, f64)>,
     values: BTreeMap<String, f64>,
 }
@@ -64,7 +65,7 @@ struct State {
 /// Reads the content of the file `name`: a model without points, in the frame and unit of the chunk's transform.
 ///
 /// # Errors
-/// Names file and element: no XML, no aligned camera, several sensors in use, numbers that are missing or not finite, a
+/// Names file and element: no XML, no aligned camera, numbers that are missing or not finite, a
 /// transform that is no rigid motion, a lens that [`Lens`] cannot express.
 pub fn parse(name: &str, text: &str) -> Result<SparseModel> {
     let mut reader = Reader::from_str(text);
@@ -129,7 +130,7 @@ impl State {
             "sensor" => self.sensors.push(Sensor { id: text_of("id")?, ..Sensor::default() }),
             "calibration" => {
                 let adjusted = text_of("class")? == "adjusted";
-                self.in_calibration = Some(Sensor { adjusted, ..Sensor::default() });
+                self.in_calibration = Some(Sensor { adjusted, kind: text_of("type")?, ..Sensor::default() });
             }
             "resolution" => {
                 let side = |text: String| text.parse::<f64>().ok().filter(|x| *x >= 1.0);
@@ -201,28 +202,21 @@ impl State {
 
     fn model(&self) -> Result<SparseModel> {
         let aligned: Vec<&Camera> = self.cameras.iter().filter(|c| c.transform.is_some() && !c.off).collect();
-        let Some(first) = aligned.first() else {
+        if aligned.is_empty() {
             return Err(Error::failed(format!("none of the {} cameras is aligned", self.cameras.len()))
                 .help("align the photographs in Metashape, then export the cameras as XML"));
-        };
-        if let Some(other) = aligned.iter().find(|c| c.sensor != first.sensor) {
-            return Err(Error::failed(format!(
-                "cameras `{}` and `{}` have two sensors; all photographs of a study are taken with one lens",
-                first.label, other.label
-            ))
-            .help("put the photographs into one sensor group in Metashape (Tools > Camera Calibration)"));
         }
-        let sensor = self.sensors.iter().find(|s| s.id == first.sensor).ok_or_else(|| {
-            Error::failed(format!("camera `{}` names sensor `{}`, which the file lacks", first.label, first.sensor))
-        })?;
-        let lens = sensor.lens()?;
-        let views = aligned.iter().map(|c| self.view(c)).collect::<Result<Vec<_>>>()?;
-        let model = SparseModel { lens, views, points: Vec::new() };
+        let model =
+            SparseModel { views: aligned.iter().map(|c| self.view(c)).collect::<Result<_>>()?, points: Vec::new() };
         model.check()?;
         Ok(model)
     }
 
     fn view(&self, camera: &Camera) -> Result<SparseView> {
+        let sensor = self.sensors.iter().find(|s| s.id == camera.sensor).ok_or_else(|| {
+            Error::failed(format!("camera `{}` names sensor `{}`, which the file lacks", camera.label, camera.sensor))
+        })?;
+        let lens = sensor.lens().map_err(|e| e.at(format!("sensor `{}`", sensor.id)))?;
         let m = camera.transform.unwrap_or_default();
         let chunk_from_cam = Mat3::new(m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]);
         let centre = Vec3::new(m[3], m[7], m[11]);
@@ -233,7 +227,7 @@ impl State {
         }
         let rotation = nearest_rotation(&(motion.rotation * chunk_from_cam)).transpose();
         let centre = motion.rotation * centre * motion.scale + motion.translation;
-        Ok(SparseView { file: camera.label.clone(), rotation, translation: -(rotation * centre) })
+        Ok(SparseView { file: camera.label.clone(), lens, rotation, translation: -(rotation * centre) })
     }
 }
 
@@ -251,25 +245,35 @@ impl Sensor {
         let of = |key: &str| self.values.get(key).copied().unwrap_or(0.0);
         let Some(((width, height), focal)) = self.size.zip(self.values.get("f").copied()) else {
             return Err(Error::failed("the calibration holds no focal length `f` or no resolution")
-                .help("export the cameras from an aligned chunk; fisheye sensors are not supported"));
+                .help("export the cameras from an aligned chunk"));
         };
-        let corner = 0.5 * width.hypot(height);
-        let moved = [
-            ("b1", of("b1") / focal * 0.5 * width),
-            ("b2", of("b2") / focal * 0.5 * height),
-            ("k4", of("k4") * (corner / focal).powi(8) * corner),
-        ];
-        if let Some((key, px)) = moved.iter().find(|(_, px)| px.abs() >= 0.1) {
-            return Err(Error::failed(format!("{key} moves the picture's corners by {:.1} px", px.abs()))
-                .help("fix b1, b2 and k4 at 0 in Metashape (Tools > Optimize Cameras) and export anew"));
+        let model = match self.kind.as_str() {
+            "" | "frame" => Model::Brown,
+            "fisheye" | "equidistant_fisheye" => Model::Fisheye,
+            other => {
+                return Err(Error::failed(format!("its calibration is of type `{other}`"))
+                    .help("frame and (equidistant) fisheye cameras are read (Tools > Camera Calibration > Type)"));
+            }
+        };
+        let corner = 0.5 * width.hypot(height) / focal;
+        let tangential = 3.0 * focal * corner.powi(2) * of("p1").hypot(of("p2"));
+        for (key, px) in
+            [("p3", of("p3") * corner.powi(2) * tangential), ("p4", of("p4") * corner.powi(4) * tangential)]
+        {
+            if px.abs() >= 0.1 {
+                return Err(Error::failed(format!("{key} moves the picture's corners by {:.1} px", px.abs()))
+                    .help("fix p3 and p4 at 0 in Metashape (Tools > Optimize Cameras) and export anew"));
+            }
         }
+        let (k1, k2, k3, r8) = (of("k1"), of("k2"), of("k3"), of("k4"));
+        let (p1, p2, b1, b2) = (of("p2"), of("p1"), of("b1"), of("b2"));
         let lens = Lens {
             width: width as usize,
             height: height as usize,
             focal_px: focal,
             cx: 0.5 * width + of("cx") - 0.5,
             cy: 0.5 * height + of("cy") - 0.5,
-            distortion: Distortion { k1: of("k1"), k2: of("k2"), p1: of("p2"), p2: of("p1"), k3: of("k3") },
+            distortion: Distortion { model, k1, k2, p1, p2, k3, r8, b1, b2, ..Distortion::default() },
         };
         lens.check()?;
         Ok(lens)
@@ -277,104 +281,4 @@ impl Sensor {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::Rotation3;
-    use std::fmt::Write as _;
-
-    fn model() -> SparseModel {
-        let distortion = Distortion { k1: -0.09, k2: 0.05, p1: 4e-4, p2: -3e-4, k3: 0.01 };
-        let lens = Lens { width: 968, height: 648, focal_px: 984.0, cx: 488.2, cy: 320.1, distortion };
-        let view = |k: u32| SparseView {
-            file: format!("{k:03}"),
-            rotation: Rotation3::new(Vec3::new(0.2, 0.5 * f64::from(k), -0.1)).into_inner(),
-            translation: Vec3::new(1.0, -2.0, 400.0 + f64::from(k)),
-        };
-        SparseModel { lens, views: (0..3).map(view).collect(), points: Vec::new() }
-    }
-
-    /// What Metashape would write of the model in a frame turned, moved and scaled by the chunk's transform.
-    fn written(model: &SparseModel, turn: &Mat3, shift: Vec3, scale: f64) -> String {
-        let (l, d) = (&model.lens, &model.lens.distortion);
-        let row = |m: &Mat3| m.transpose().iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
-        let mut text = format!(
-            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<document version=\"2.0.0\">\n<chunk label=\"Chunk 1\" enabled=\"true\">\n\
-             <sensors next_id=\"1\"><sensor id=\"0\" label=\"unknown\" type=\"frame\"><resolution width=\"{w}\" height=\"{h}\"/>\n\
-             <property name=\"layer_index\" value=\"0\"/><calibration type=\"frame\" class=\"adjusted\"><resolution width=\"{w}\" height=\"{h}\"/>\n\
-             <f>{f}</f><cx>{cx}</cx><cy>{cy}</cy><k1>{}</k1><k2>{}</k2><k3>{}</k3><p1>{}</p1><p2>{}</p2></calibration></sensor></sensors>\n\
-             <components><component id=\"0\"><transform><rotation>{}</rotation><translation>{} {} {}</translation><scale>{scale}</scale></transform></component></components>\n<cameras>\n",
-            d.k1,
-            d.k2,
-            d.k3,
-            d.p2,
-            d.p1,
-            row(turn),
-            shift.x,
-            shift.y,
-            shift.z,
-            w = l.width,
-            h = l.height,
-            f = l.focal_px,
-            cx = l.cx + 0.5 - 484.0,
-            cy = l.cy + 0.5 - 324.0,
-        );
-        for v in &model.views {
-            let r = turn.transpose() * v.rotation.transpose();
-            let c = turn.transpose() * (v.centre() - shift) / scale;
-            let _ = writeln!(
-                text,
-                "<camera id=\"0\" sensor_id=\"0\" component_id=\"0\" label=\"{}\"><transform>{} {} {} {} {} {} {} {} {} {} {} {} 0 0 0 1</transform></camera>",
-                v.file,
-                r[(0, 0)],
-                r[(0, 1)],
-                r[(0, 2)],
-                c.x,
-                r[(1, 0)],
-                r[(1, 1)],
-                r[(1, 2)],
-                c.y,
-                r[(2, 0)],
-                r[(2, 1)],
-                r[(2, 2)],
-                c.z
-            );
-        }
-        text + "<camera id=\"9\" sensor_id=\"0\" label=\"lost\"/></cameras></chunk></document>"
-    }
-
-    fn usual() -> String {
-        written(&model(), &Rotation3::new(Vec3::new(0.3, 0.2, 0.1)).into_inner(), Vec3::new(7.0, 8.0, 9.0), 12.5)
-    }
-
-    #[test]
-    fn lens_and_poses_come_back() {
-        let (read, truth) = (parse("cameras.xml", &usual()).unwrap(), model());
-        let (a, b) = (read.lens, truth.lens);
-        assert!((a.cx - b.cx).abs() < 1e-12 && (a.cy - b.cy).abs() < 1e-12 && a.distortion == b.distortion, "{a:?}");
-        assert_eq!(read.views.len(), 3);
-        for (a, b) in read.views.iter().zip(&truth.views) {
-            assert_eq!(a.file, b.file);
-            assert!((a.rotation - b.rotation).abs().max() < 1e-12 && (a.translation - b.translation).norm() < 1e-9);
-        }
-    }
-
-    #[test]
-    fn faults_are_named() {
-        let says = |text: &str, word: &str| {
-            let e = parse("c.xml", text).unwrap_err().to_string();
-            assert!(e.contains("c.xml") && e.contains(word), "{e}");
-        };
-        says("", "aligned");
-        says("not xml <", "line 1");
-        says(&usual()[..900], "line");
-        says(&usual().replace("<f>984</f>", ""), "focal length");
-        says(&usual().replace("<f>984</f>", "<f>984</f><b1>3.5</b1>"), "b1");
-        says(&usual().replace(" 0 0 0 1</transform>", " 0 0 1</transform>"), "15 numbers");
-        says(
-            &usual().replacen("<transform>0.", "<transform>NaN 0.", 2).replace(" 0 0 0 1<", " 0 0 1<"),
-            "no finite number",
-        );
-        says(&usual().replace("<scale>12.5", "<scale>-1"), "rigid");
-        says(&usual().replacen("sensor_id=\"0\"", "sensor_id=\"4\"", 1), "two sensors");
-    }
-}
+mod tests;

@@ -1,6 +1,7 @@
 //! The CSV tables of the results: units stand in the headers, a dot is the decimal mark.
 
 use crate::error::{Error, Result};
+use crate::roots::correction::Outcome;
 use crate::roots::traits::Trait;
 use crate::roots::traits::depth::Layer;
 use crate::roots::traits::per_root::{COLUMNS, PerRoot};
@@ -106,6 +107,19 @@ pub fn repairs(repairs: &[Repair]) -> Result<Vec<u8>> {
         (r.kind.name(), x, y, z, round(r.length_mm), r.reason.as_str())
     });
     csv(&["repair", "x_mm", "y_mm", "z_mm", "length_mm", "reason"], rows)
+}
+
+/// `corrections.csv`: what became of each correction.
+///
+/// # Errors
+/// As `csv`.
+pub fn corrections(outcomes: &[Outcome]) -> Result<Vec<u8>> {
+    let round = |x: f64| (x * 1e3).round() / 1e3 + 0.0;
+    let rows = outcomes.iter().enumerate().map(|(n, o)| {
+        let place = o.place_mm.map_or([None; 3], |p| p.map(|x| Some(round(x))));
+        (n + 1, &o.kind, if o.applied { "yes" } else { "no" }, place, &o.found, &o.by, &o.when, &o.note)
+    });
+    csv(&["correction", "kind", "applied", "x_mm", "y_mm", "z_mm", "found", "by", "when", "note"], rows)
 }
 
 /// `traits.csv`: one trait per row; the name ends in its unit, a trait that is not defined has no value.

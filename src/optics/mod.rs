@@ -9,14 +9,16 @@
 //! - Ray directions are unit vectors unless a name says otherwise.
 
 pub mod camera;
+pub mod distortion;
 pub mod inverse;
 pub mod lens;
 pub mod tank;
 pub mod trace;
 
 pub use camera::View;
+pub use distortion::{Distortion, Model};
 pub use inverse::{Projection, ViewMap};
-pub use lens::{Distortion, Lens};
+pub use lens::Lens;
 pub use tank::{Index, Tank};
 pub use trace::{WaterRay, trace};
 

@@ -1,5 +1,5 @@
-//! Lens distortion undone: the photograph that the ideal lens of the same focal length, principal point and
-//! size would have taken.  Paper 2.2.1.
+//! Lens distortion undone: the photograph that the ideal lens ([`Lens::ideal`]) of the same focal length and
+//! principal axis would have taken.  Paper 2.2.1.
 //!
 //! Each pixel (u, v) of the result takes the value of the photograph at `lens.pixel(ideal direction)`, by
 //! Catmull-Rom bicubic interpolation (a = -1/2), which keeps thin roots sharper than a bilinear one; results
@@ -11,18 +11,18 @@ use crate::optics::Lens;
 use ndarray::{Array3, ArrayView3, Axis};
 use rayon::prelude::*;
 
-/// The photograph without its lens distortion, of the same size; `lens` is the photograph's own.
+/// The photograph without its lens distortion, of the size of the ideal lens's picture; `lens` is the photograph's own.
 ///
-/// Photographs of another size than the lens's are undistorted as they are, with the same centre and focal
-/// length in px: the caller checks sizes.
+/// The caller checks that the photograph has the lens's size.
 pub fn undistort<T: Depth>(photograph: &Array3<T>, lens: &Lens) -> Array3<T> {
-    let mut out = Array3::from_elem(photograph.dim(), T::default());
+    let ideal = lens.ideal();
+    let mut out = Array3::from_elem((ideal.height, ideal.width, 3), T::default());
     let source = photograph.as_standard_layout();
     let source = source.view();
     out.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(v, mut row)| {
-        let y = (v as f64 - lens.cy) / lens.focal_px;
+        let y = (v as f64 - ideal.cy) / ideal.focal_px;
         for (u, mut pixel) in row.axis_iter_mut(Axis(0)).enumerate() {
-            let x = (u as f64 - lens.cx) / lens.focal_px;
+            let x = (u as f64 - ideal.cx) / ideal.focal_px;
             let (us, vs) = lens.pixel(x, y);
             if let Some(rgb) = bicubic(&source, us, vs) {
                 pixel.iter_mut().zip(rgb).for_each(|(to, from)| *to = from);
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn a_smooth_picture_is_that_of_the_ideal_lens() {
         // Photograph of a pattern that is smooth in the direction, through a distorting lens.
-        let bent = lens(Distortion { k1: -0.2, k2: 0.05, p1: 2e-3, p2: -1e-3, k3: 0.0 });
+        let bent = lens(Distortion { k1: -0.2, k2: 0.05, p1: 2e-3, p2: -1e-3, k3: 0.0, ..Distortion::default() });
         let pattern = |(x, y): (f64, f64)| (127.5 + 100.0 * (9.0 * x).sin() * (7.0 * y).cos()).round() as u8;
         let photograph = Picture::from_shape_fn((64, 96, 3), |(v, u, _)| pattern(bent.direction(u as f64, v as f64)));
         let out = undistort(&photograph, &bent);
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn sixteen_bits_are_those_of_eight_with_finer_steps() {
-        let bent = lens(Distortion { k1: -0.2, k2: 0.05, p1: 2e-3, p2: -1e-3, k3: 0.0 });
+        let bent = lens(Distortion { k1: -0.2, k2: 0.05, p1: 2e-3, p2: -1e-3, k3: 0.0, ..Distortion::default() });
         let codes = Picture::from_shape_fn((64, 96, 3), |(y, x, c)| (x * 37 + y * 91 + c * 50) as u8);
         let steps = codes.mapv(|code| 257 * u16::from(code));
         let (coarse, fine) = (undistort(&codes, &bent), undistort(&steps, &bent));

@@ -1,5 +1,6 @@
 //! Overlays, figures, the HTML report: pictures and pages as values, no files.
 
+pub mod capture_page;
 pub mod contact;
 pub mod curves;
 pub mod hits;

@@ -1,10 +1,12 @@
 //! Roots as curves: centrelines with radii, their graph, their traits.
 
 pub mod bridge;
+pub mod correction;
 pub mod crossing;
 pub mod crown;
 pub mod curve;
 pub mod diameter;
+pub mod explain;
 pub mod extend;
 pub mod hierarchy;
 pub mod ink;

@@ -23,6 +23,10 @@ pub enum Kind {
     Attached,
     /// A root's parent was inferred without a visible tie.
     Inferred,
+    /// A person's correction was applied.
+    Corrected,
+    /// A person's correction did not find its place.
+    Uncorrected,
 }
 
 impl Kind {
@@ -37,6 +41,8 @@ impl Kind {
             Self::Pruned => "pruned",
             Self::Attached => "attached",
             Self::Inferred => "inferred",
+            Self::Corrected => "corrected",
+            Self::Uncorrected => "uncorrected",
         }
     }
 }

@@ -124,6 +124,9 @@ pub struct Pieces {
     pub smooth_mm: f64,
     /// Longest link between neighbouring ridge points, mm: what is closer touches.
     pub link_mm: f64,
+    /// Whether the photographs need each of them ([`super::explain`]).
+    #[serde(default)]
+    pub explained: bool,
     /// What the photographs say of each piece; empty where none was asked.
     pub looks: Vec<Looks>,
     /// The photographs' point spread, px, where diameters were measured in them.
@@ -193,6 +196,7 @@ pub fn trace(points: &[RidgePoint], field: &Field<'_>, params: &TraceParams) -> 
         step_mm: params.step_mm,
         smooth_mm: params.smooth_mm,
         link_mm: workshop.link_mm,
+        explained: false,
         looks: Vec::new(),
         spread_px: None,
         strengths: strands.iter().map(|s| s.mean(3)).collect(),

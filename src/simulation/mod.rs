@@ -27,7 +27,7 @@ mod sway;
 mod walk;
 
 pub use belt::BeltPrint;
-pub use capture::{CaptureParams, OtherLight, PictureFormat, capture};
+pub use capture::{CaptureParams, OtherLens, OtherLight, PictureFormat, capture};
 pub use growth::{GrowthParams, LateralParams, MainParams, Preset, grow};
 pub use misjudge::{MisjudgeParams, misjudged};
 pub use room::RoomParams;

@@ -69,7 +69,8 @@ impl Scene {
         }
         // A pixel's footprint in the middle of the tank: rays that pass a root that near need a closer look.
         let centre = first.centre_in_tank();
-        let reach_mm = centre.x.hypot(centre.y) / first.lens.focal_px;
+        let focal_px = views.iter().map(|view| view.lens.focal_px).fold(f64::INFINITY, f64::min);
+        let reach_mm = centre.x.hypot(centre.y) / focal_px;
         let colour = linear_rgb(params.root_rgb);
         let root_colours = (0..roots.len() as u64)
             .map(|i| colour * (1.0 + params.root_variation * (2.0 * noise::uniform(noise::hash(seed, &[13, i])) - 1.0)))

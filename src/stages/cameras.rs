@@ -1,5 +1,5 @@
 //! Reads lens and poses from a camera file and checks them against the tank.
-//! In: file (one, or the three of a COLMAP model). Out: cameras (JSON, one entry per photograph), lens (JSON).
+//! In: file (one, or the three of a COLMAP model). Out: cameras (JSON, one entry per photograph).
 
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
@@ -17,7 +17,7 @@ pub struct Cameras {
 
 impl Stage for Cameras {
     const NAME: &'static str = "cameras";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let files = files(inputs)?;
@@ -28,7 +28,7 @@ impl Stage for Cameras {
             .into_iter()
             .map(|v| NamedView {
                 file: v.file,
-                view: View { lens: model.lens, rotation: v.rotation, translation_mm: v.translation },
+                view: View { lens: v.lens, rotation: v.rotation, translation_mm: v.translation },
             })
             .collect();
         let inside = views.iter().filter_map(|v| {
@@ -46,7 +46,6 @@ impl Stage for Cameras {
             })
         });
         Error::many(inside.collect())?;
-        output.json("lens", &views[0].view.lens)?;
         output.json("cameras", &views)
     }
 }

@@ -1,5 +1,5 @@
 //! Grows a root system and stands a camera before its tank: the truth of a simulated capture.
-//! In: nothing. Out: cameras, lens, roots (JSON).
+//! In: nothing. Out: cameras, roots (JSON).
 
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
@@ -32,7 +32,7 @@ pub fn photo_name(params: &CaptureParams, n: usize) -> String {
 
 impl Stage for Capture {
     const NAME: &'static str = "capture";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn run(&self, _: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let roots = grow(&self.growth, &self.tank, self.seed)?;
@@ -41,7 +41,6 @@ impl Stage for Capture {
             .enumerate()
             .map(|(n, view)| NamedView { file: format!("images/{}", photo_name(&self.capture, n)), view })
             .collect();
-        output.json("lens", &views[0].view.lens)?;
         output.json("cameras", &views)?;
         output.json("roots", &roots)
     }

@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::flow::Inputs;
+use crate::formats::colmap::command::Intrinsics;
 use crate::formats::picture;
 use crate::photo::{self, Metadata};
 use std::path::Path;
@@ -20,9 +21,8 @@ pub(super) struct Handed {
 pub(super) struct Photographs {
     /// In capture order.
     pub photos: Vec<Handed>,
-    /// Focal length, centre (px) and radial distortion to begin with, where files were written anew without their EXIF
-    /// data.
-    pub lens: Option<[f64; 4]>,
+    /// The camera to begin with: told where files were written anew without their EXIF data.
+    pub lens: Intrinsics,
 }
 
 impl Photographs {
@@ -37,7 +37,7 @@ impl Photographs {
             lens = lens.or(begin);
             photos.push(handed);
         }
-        Ok(Self { photos, lens })
+        Ok(Self { photos, lens: lens.map_or(Intrinsics::Exif, Intrinsics::Begin) })
     }
 }
 

@@ -59,7 +59,7 @@ pub(super) fn run(job: &Job, progress: &Progress) -> Result<(SparseModel, String
         for (view, own) in model.views.iter_mut().zip(&names) {
             view.file.clone_from(own);
         }
-        let (cameras, images, points) = text::write(&from_sparse(&model));
+        let (cameras, images, points) = text::write(&from_sparse(&model)?);
         for (name, text) in [("cameras.txt", cameras), ("images.txt", images), ("points3D.txt", points)] {
             write(&known.join(name), text.as_bytes())?;
         }
@@ -76,7 +76,7 @@ pub(super) fn run(job: &Job, progress: &Progress) -> Result<(SparseModel, String
     for step in places.steps() {
         let log = at(&format!("{step}.log"));
         execute(
-            Command::new("colmap").args(arguments(step, &places, job.features, job.handed.lens, &help(step)?)),
+            Command::new("colmap").args(arguments(step, &places, job.features, &job.handed.lens, &help(step)?)),
             step,
             &log,
             progress,

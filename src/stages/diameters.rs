@@ -25,7 +25,7 @@ pub struct Diameters {
 
 impl Stage for Diameters {
     const NAME: &'static str = "diameters";
-    const VERSION: u32 = 10;
+    const VERSION: u32 = 11;
 
     fn peak_bytes(&self) -> u64 {
         // All photographs in linear light, and which roots cover which pixels.
@@ -54,7 +54,9 @@ impl Stage for Diameters {
             .collect::<Result<_>>()?;
         progress.advance(1);
         progress.check()?;
-        let Measurement { looks, spread_px } = measure(&mut pieces.pieces, &pieces.strengths, &sights, &self.params)?;
+        // What the photographs need hides what is behind it; of the others the weak ones do not.
+        let strengths = if pieces.explained { vec![1.0; pieces.pieces.len()] } else { pieces.strengths.clone() };
+        let Measurement { looks, spread_px } = measure(&mut pieces.pieces, &strengths, &sights, &self.params)?;
         (pieces.looks, pieces.spread_px) = (looks, Some(spread_px));
         progress.advance(1);
         output.json("pieces.json", &pieces)

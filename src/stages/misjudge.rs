@@ -1,5 +1,5 @@
 //! Gives the cameras of a simulated capture errors, as if they were known badly.
-//! In: cameras. Out: cameras (JSON, one entry per photograph), lens (JSON).
+//! In: cameras. Out: cameras (JSON, one entry per photograph).
 
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
@@ -19,7 +19,7 @@ pub struct Misjudge {
 
 impl Stage for Misjudge {
     const NAME: &'static str = "misjudge";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let mut cameras: Vec<NamedView> = inputs.one("cameras")?.json("cameras")?;
@@ -27,7 +27,6 @@ impl Stage for Misjudge {
         for (camera, view) in cameras.iter_mut().zip(misjudged(&views, &self.params, self.seed)) {
             camera.view = view;
         }
-        output.json("lens", &views[0].lens)?;
         output.json("cameras", &cameras)
     }
 }

@@ -1,9 +1,9 @@
 //! Brings the cameras of structure from motion into the tank frame.  Paper 2.2.3, and the joint adjustment.
-//! In: sparse, photos (files). Out: cameras (JSON, one entry per photograph), lens (JSON), registration (JSON: quality,
+//! In: sparse, photos (files), lens (a file, where the lens is known). Out: cameras (JSON, one entry per photograph), registration (JSON: quality,
 //! belt points).
 
 use super::photographs::check_size;
-use crate::calibration::{Method, RegisterParams, SparseModel, chamfer, register};
+use crate::calibration::{LensPrior, Method, RegisterParams, SparseModel, chamfer, register};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::NamedView;
@@ -25,7 +25,7 @@ pub struct Pose {
 
 impl Stage for Pose {
     const NAME: &'static str = "pose";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let sparse: SparseModel = inputs.one("sparse")?.json("sparse")?;
@@ -42,7 +42,7 @@ impl Stage for Pose {
             })?;
             let bytes = file.bytes("file")?;
             let photo = photo::decode(&bytes, &view.file)?;
-            let lens = &sparse.lens;
+            let lens = &view.lens;
             check_size(&view.file, &bytes, &photo, lens)?;
             let of_camera = || Metadata::of(&bytes)?.focal_px(lens.width, lens.height);
             focal_prior_px = focal_prior_px.or_else(of_camera);
@@ -54,12 +54,18 @@ impl Stage for Pose {
             progress.advance(1);
         }
         let photos: Vec<_> = photos.iter().map(|p| p.view()).collect();
-        let registration = register(&sparse, &photos, &shrunken, &self.tank, focal_prior_px, &self.params)?;
+        let prior = match (inputs.many("lens"), focal_prior_px) {
+            ([_, ..], _) => LensPrior::Known,
+            ([], Some(focal_px)) => LensPrior::Focal(focal_px),
+            ([], None) => LensPrior::None,
+        };
+        let registration = register(&sparse, &photos, &shrunken, &self.tank, prior, &self.params)?;
         registration.warnings.iter().for_each(|w| output.warn(w.as_str()));
         let named = sparse.views.iter().zip(&registration.views);
         let views: Vec<NamedView> = named.map(|(s, v)| NamedView { file: s.file.clone(), view: v.clone() }).collect();
-        let Some(first) = registration.views.first() else { return Err(Error::failed("no view was registered")) };
-        output.json("lens", &first.lens)?;
+        if views.is_empty() {
+            return Err(Error::failed("no view was registered"));
+        }
         output.json("cameras", &views)?;
         output.json("registration", &registration)
     }

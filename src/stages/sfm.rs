@@ -1,5 +1,5 @@
 //! Structure from motion on the masked photographs, by the COLMAP program.  Paper 2.2.1.
-//! In: photos (files), mask. Out: sparse (JSON: lens, poses, points with tracks), program (JSON: its version).
+//! In: photos (files), mask, lens (a file, where the lens is known). Out: sparse (JSON: lenses, poses, points with tracks), program (JSON: its version).
 //!
 //! Orders, numbers and the frame of COLMAP's model are normalised; for one version on one machine a fixed seed
 //! repeats the model up to the rounding of sums over threads, so that two computations may differ in the last digits.
@@ -9,7 +9,10 @@ use super::colmap_run::{Job, run};
 use crate::calibration::SparseModel;
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
-use crate::formats::colmap::command::Features;
+use crate::formats::colmap::camera_model;
+use crate::formats::colmap::command::{Features, Intrinsics};
+use crate::formats::opencv_lens;
+use crate::optics::Lens;
 use serde::{Deserialize, Serialize};
 
 /// How structure from motion is run.
@@ -48,7 +51,7 @@ pub fn installed() -> String {
 
 impl Stage for Sfm {
     const NAME: &'static str = "sfm";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let files = inputs.many("photos");
@@ -58,7 +61,12 @@ impl Stage for Sfm {
                 files.len()
             )));
         }
-        let handed = Photographs::of(&self.photos, inputs)?;
+        let mut handed = Photographs::of(&self.photos, inputs)?;
+        let lens = known_lens(inputs)?;
+        if let Some(lens) = &lens {
+            let (model, params) = camera_model(lens)?;
+            handed.lens = Intrinsics::Known(model, params);
+        }
         let n = files.len();
         let mask_png = inputs.one("mask")?.bytes("mask.png")?;
         let plain = Features { affine: false, seed: self.params.seed };
@@ -77,8 +85,11 @@ impl Stage for Sfm {
             }
             progress.check()?;
         }
-        let (sparse, program) = found.unwrap_or_else(|| Err(Error::failed("structure from motion was not run")))?;
+        let (mut sparse, program) = found.unwrap_or_else(|| Err(Error::failed("structure from motion was not run")))?;
         check_registered(&self.photos, &sparse)?;
+        if let Some(lens) = lens {
+            sparse.views.iter_mut().for_each(|view| view.lens = lens);
+        }
         let rms = sparse.reprojection_rms_px().unwrap_or(f64::INFINITY);
         if rms > 1.5 {
             output.warn(format!("structure from motion reprojects its points with {rms:.2} px root mean square"));
@@ -90,6 +101,13 @@ impl Stage for Sfm {
     fn peak_bytes(&self) -> u64 {
         2 << 30
     }
+}
+
+/// The lens of the port `lens`, where there is one.
+pub(super) fn known_lens(inputs: &Inputs) -> Result<Option<Lens>> {
+    let [file, ..] = inputs.many("lens") else { return Ok(None) };
+    let name = file.path("file")?.display().to_string();
+    opencv_lens::parse(&name, &String::from_utf8_lossy(&file.bytes("file")?)).map(Some)
 }
 
 /// Every photograph of a study needs its camera.
@@ -121,8 +139,8 @@ mod tests {
     fn photographs_that_did_not_register_are_named() {
         let lens = Lens { width: 9, height: 9, focal_px: 9.0, cx: 4.0, cy: 4.0, distortion: Distortion::default() };
         let view =
-            |file: &str| SparseView { file: file.into(), rotation: Mat3::identity(), translation: Vec3::zeros() };
-        let sparse = SparseModel { lens, views: vec![view("a.jpg"), view("c.jpg")], points: Vec::new() };
+            |file: &str| SparseView { file: file.into(), lens, rotation: Mat3::identity(), translation: Vec3::zeros() };
+        let sparse = SparseModel { views: vec![view("a.jpg"), view("c.jpg")], points: Vec::new() };
         let names = ["a.jpg", "b.jpg", "c.jpg"].map(str::to_owned);
         let e = check_registered(&names, &sparse).unwrap_err();
         assert!(e.message.contains("2 of 3") && e.message.contains("b.jpg") && e.help.is_some(), "{e}");

@@ -1,5 +1,5 @@
 //! Belt points for cameras that a file gives in a frame of its own.  Paper 2.2.1.
-//! In: file (the camera file's parts), photos (files), mask. Out: sparse (JSON: lens, poses, points with tracks), program
+//! In: file (the camera file's parts), photos (files), mask. Out: sparse (JSON: lenses, poses, points with tracks), program
 //! (JSON: version of the program that found the points, or that none was needed).
 //!
 //! A COLMAP model brings its points; for other files the COLMAP program triangulates some between the known poses.
@@ -24,7 +24,7 @@ pub struct SfmKnown {
 
 impl Stage for SfmKnown {
     const NAME: &'static str = "sfm-known";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let mut known = camera_file::parse(&super::cameras::files(inputs)?)?;
@@ -49,6 +49,7 @@ impl Stage for SfmKnown {
             output.json("program", &"none")?;
             return output.json("sparse", &known.normalised());
         }
+        known.one_lens()?;
         let handed = Photographs::of(&self.photos, inputs)?;
         let n = handed.photos.len();
         let mask_png = inputs.one("mask")?.bytes("mask.png")?;

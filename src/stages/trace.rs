@@ -1,10 +1,12 @@
 //! Follows the ridges into pieces of roots and notes how these may hang together.
-//! In: ridges, rootness. Out: pieces.json (centrelines with scale-space radii, ties, repairs).
+//! In: ridges, rootness; explained, where only what photographs need is followed. Out: pieces.json (centrelines with scale-space
+//! radii, ties, repairs).
 
 use super::{read3, suppress};
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::optics::Vec3;
+use crate::roots::explain::Explained;
 use crate::roots::{Field, RidgePoint, TraceParams, trace};
 use crate::volume::{Grid, Ridges};
 use serde::Serialize;
@@ -21,7 +23,7 @@ pub struct Trace {
 
 impl Stage for Trace {
     const NAME: &'static str = "trace";
-    const VERSION: u32 = 11;
+    const VERSION: u32 = 12;
 
     fn peak_bytes(&self) -> u64 {
         // The dense rootness, and ridges of some hundredths of its voxels.
@@ -34,8 +36,13 @@ impl Stage for Trace {
         let sigma_mm: Vec<f64> = inputs.one("rootness")?.json("sigma_mm")?;
         let rootness = read3::<f32>(inputs.one("rootness")?, "rootness")?;
         let floor = self.params.extend.share * f64::from(self.params.hysteresis().thresholds(&ridges).0);
-        let points = points(&ridges, &strong, floor, &self.grid, &sigma_mm)?;
-        let pieces = trace(&points, &Field { grid: self.grid, rootness: rootness.view() }, &self.params)?;
+        let mut points = points(&ridges, &strong, floor, &self.grid, &sigma_mm)?;
+        let explained = inputs.many("explained");
+        if let [explained, ..] = explained {
+            points = explained.json::<Explained>("explained.json")?.needed(points, self.grid.spacing_mm);
+        }
+        let mut pieces = trace(&points, &Field { grid: self.grid, rootness: rootness.view() }, &self.params)?;
+        pieces.explained = !explained.is_empty();
         if pieces.pieces.is_empty() {
             output.warn("no root was traced; lower trace.high, or look at the rootness volume");
         }

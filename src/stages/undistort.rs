@@ -1,11 +1,11 @@
 //! Decodes a photograph, turns it upright and undoes the lens distortion.  Paper 2.2.1.
-//! In: photo (file), lens. Out: photo (y, x, rgb, sRGB as photographed; u8, or u16 where the photograph has more than 8
+//! In: photo (file), camera. Out: photo (y, x, rgb, sRGB as photographed; u8, or u16 where the photograph has more than 8
 //! bits).
 
 use super::photographs::check_size;
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
-use crate::optics::Lens;
+use crate::optics::View;
 use crate::photo::{self, Photograph, undistort};
 use serde::Serialize;
 
@@ -15,12 +15,12 @@ pub struct Undistort {}
 
 impl Stage for Undistort {
     const NAME: &'static str = "undistort";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let file = inputs.one("photo")?;
         let name = file.path("file")?.display().to_string();
-        let lens: Lens = inputs.one("lens")?.json("lens")?;
+        let lens = inputs.one("camera")?.json::<View>("view")?.lens;
         let bytes = file.bytes("file")?;
         let photograph = photo::decode(&bytes, &name)?;
         check_size(&name, &bytes, &photograph, &lens)?;

@@ -11,7 +11,8 @@
 use super::document::{Document, Sources};
 use super::graph;
 use super::nodes::StudyNodes;
-use super::settings::{Origin, Settings};
+use super::origin::Origin;
+use super::settings::Settings;
 use super::sweep::{Override, Section, ranges};
 use crate::error::{Error, Result};
 use crate::flow::{Graph, NodeId};

@@ -1,11 +1,13 @@
 //! The nodes between undistorted photographs and what is rendered of them.
 
 use super::settings::Settings;
-use super::upstream::Seen;
 use crate::flow::{Graph, NodeId};
 use crate::stages::background::Background;
 use crate::stages::evidence::{Before, Evidence};
 use crate::stages::evidence_pictures::EvidencePictures;
+
+/// A photograph's name, undistorted picture and camera.
+pub(super) type Seen = (String, NodeId, NodeId);
 
 /// What is rendered of each photograph, and what it rests on.
 pub(super) struct Evident {

@@ -1,24 +1,19 @@
 //! A study's settings as a graph of nodes: what is computed from what.
 
-use super::nodes::StudyNodes;
+use super::nodes::{CorrectionNodes, StudyNodes};
+use super::reconstruct::{Reconstruction, reconstruct, traits_of};
 use super::settings::{Settings, Source};
 use super::shown::shown;
+use super::spread::spread_halves;
 use super::upstream::Upstream;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::evaluation::ScoreParams;
 use crate::flow::{Graph, NodeId};
-use crate::stages::diameters::Diameters;
+use crate::stages::corrections::Corrections;
 use crate::stages::evaluate::Evaluate;
 use crate::stages::evaluate_cameras::EvaluateCameras;
 use crate::stages::evaluate_roots::EvaluateRoots;
-use crate::stages::extract::Extract;
-use crate::stages::hierarchy::Hierarchy;
-use crate::stages::merge::Merge;
-use crate::stages::rootness::Rootness;
 use crate::stages::slices::Slices;
-use crate::stages::suppress::Suppress;
-use crate::stages::trace::Trace;
-use crate::stages::traits::Traits;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
@@ -53,15 +48,32 @@ impl Points {
 }
 
 /// Sections that decide nothing about the views' volumes and what they are made of.
-const MEASURING: &[&str] =
-    &["study", "merge", "rootness", "suppress", "extract", "trace", "diameters", "hierarchy", "traits", "overlay"];
+const MEASURING: &[&str] = &[
+    "study",
+    "merge",
+    "rootness",
+    "suppress",
+    "extract",
+    "trace",
+    "explain",
+    "diameters",
+    "hierarchy",
+    "corrections",
+    "traits",
+    "overlay",
+];
 
 /// Adds what is measured: from the views' volumes to the numbers.
 ///
 /// # Errors
 /// Where the slice to show lies outside the grid.
 fn measured(graph: &mut Graph, s: &Settings, from: &Upstream) -> Result<StudyNodes> {
-    let Reconstruction { merged, rootness, extract, system, traits } = reconstruct(graph, s, &from.all(), "");
+    let Reconstruction { merged, rootness, extract, system: traced, traits: as_traced } =
+        reconstruct(graph, s, &from.all(), "");
+    let corrected = corrected(graph, s, from, traced, rootness);
+    let system = corrected.unwrap_or(traced);
+    let traits = corrected.map_or(as_traced, |system| traits_of(graph, s, system, "traits/corrected"));
+    let corrections = corrected.map(|node| CorrectionNodes { corrections: node, traced, traits: as_traced });
     let slices = s.report.slice.map(|depth_mm| Slices::at(depth_mm, &s.grid)).transpose()?;
     let slices = slices.map(|stage| graph.add("slices", stage, &[("merged", &[merged]), ("rootness", &[rootness])]));
     let params = ScoreParams {
@@ -95,6 +107,7 @@ fn measured(graph: &mut Graph, s: &Settings, from: &Upstream) -> Result<StudyNod
         extract,
         system,
         traits,
+        corrections,
         slices,
         score,
         roots_score,
@@ -103,70 +116,11 @@ fn measured(graph: &mut Graph, s: &Settings, from: &Upstream) -> Result<StudyNod
     })
 }
 
-/// What a set of views gives.
-pub(super) struct Reconstruction {
-    pub merged: NodeId,
-    pub rootness: NodeId,
-    pub extract: NodeId,
-    pub system: NodeId,
-    pub traits: NodeId,
-}
-
-/// Photographs to reconstruct from; the lists run alike.
-pub(super) struct Photographs<'a> {
-    pub files: &'a [NodeId],
-    pub cameras: &'a [NodeId],
-    pub views: &'a [NodeId],
-    /// What is behind the roots, where it is learned.
-    pub background: &'a [NodeId],
-}
-
-/// From rendered views to traits; `draw` is added to the names of the nodes.
-pub(super) fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, draw: &str) -> Reconstruction {
-    let name = |stage: &str| format!("{stage}{draw}");
-    let merged = graph.add(
-        &name("merge"),
-        Merge { evidence: s.contrast.enabled, params: s.merge.clone() },
-        &[("views", from.views)],
-    );
-    let rootness = Rootness { spacing_mm: s.grid.spacing_mm, params: s.rootness.clone() };
-    // A given scale asks nothing of the photographs.
-    let widths = if s.rootness.sigma.is_empty() { from.background } else { &[] };
-    let rootness = graph.add(&name("rootness"), rootness, &[("merged", &[merged][..]), ("background", widths)]);
-    let ridges = graph.add(&name("suppress"), Suppress { params: s.suppress }, &[("rootness", &[rootness])]);
-    let extract = Extract { grid: s.grid, params: s.extract };
-    let extract = graph.add(&name("extract"), extract, &[("ridges", &[ridges])]);
-    let trace = Trace { grid: s.grid, params: s.trace.clone() };
-    let ports = [("ridges", &[ridges][..]), ("rootness", &[rootness])];
-    let traced = graph.add(&name("trace"), trace, &ports);
-    let measured = if s.diameters.enabled {
-        let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
-        let ports = [
-            ("pieces", &[traced][..]),
-            ("photos", from.files),
-            ("cameras", from.cameras),
-            ("background", from.background),
-        ];
-        graph.add(&name("diameters"), diameters, &ports)
-    } else {
-        traced
-    };
-    let hierarchy = Hierarchy { params: s.hierarchy.clone() };
-    let system = graph.add(&name("hierarchy"), hierarchy, &[("pieces", &[measured])]);
-    let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
-    let traits = graph.add(&name("traits"), traits, &[("system", &[system])]);
-    Reconstruction { merged, rootness, extract, system, traits }
-}
-
-/// How many random halves of that many views the study asks for.
-///
-/// # Errors
-/// Where they are too few or too small.
-pub(super) fn spread_halves(s: &Settings, views: usize) -> Result<usize> {
-    let count = s.traits.resample;
-    if count > 0 && (!(2..=1000).contains(&count) || views < 6) {
-        return Err(Error::usage(format!("traits.resample is {count} for {views} photographs"))
-            .help("give 2 to 1000 halves of at least 6 photographs, or 0"));
-    }
-    Ok(count)
+/// The traced roots as a person corrected them, where there are corrections.
+fn corrected(graph: &mut Graph, s: &Settings, from: &Upstream, traced: NodeId, rootness: NodeId) -> Option<NodeId> {
+    let file = graph.file("corrections-file", s.corrections_file.as_ref()?);
+    let photos = from.names.to_vec();
+    let stage = Corrections { tank: s.tank.clone(), grid: s.grid, photos, params: s.corrections.params() };
+    let ports = [("system", &[traced][..]), ("file", &[file]), ("cameras", &from.seen_by), ("rootness", &[rootness])];
+    Some(graph.add("corrections", stage, &ports))
 }

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::formats::camera_file::COLMAP_FILES;
 use crate::formats::tank_json;
 use crate::optics::{Index, Tank};
+use crate::roots::correction::CorrectionParams;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -68,9 +69,12 @@ pub enum Frame {
 pub struct Cameras {
     /// `file` or `sfm`.
     pub source: CameraSource,
-    /// With `file`: a `cameras.json`, a cameras XML of Metashape or the folder of a COLMAP model, relative to
-    /// `photos.dir`.
+    /// With `file`: a `cameras.json`, a `transforms.json`, a cameras XML of Metashape or the folder of a COLMAP model,
+    /// relative to `photos.dir`.
     pub path: String,
+    /// With `sfm`: the lens where it is known, a calibration by OpenCV or ROS (YAML or JSON), relative to `photos.dir`; it then
+    /// stays as it is. Found with the poses when absent.
+    pub lens: Option<String>,
     /// With `file`: whether its poses are in the `tank` frame already, or in a `free` one.
     pub frame: Frame,
 }
@@ -96,7 +100,7 @@ impl Cameras {
 
 impl Default for Cameras {
     fn default() -> Self {
-        Self { source: CameraSource::File, path: "cameras.json".into(), frame: Frame::Tank }
+        Self { source: CameraSource::File, path: "cameras.json".into(), lens: None, frame: Frame::Tank }
     }
 }
 
@@ -242,6 +246,47 @@ pub struct GridSection {
     pub spacing: Option<f64>,
     /// How deep below the rim to reconstruct, mm; down to the inner floor when absent.
     pub depth: Option<f64>,
+}
+
+/// `[corrections]`: what a person corrected.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CorrectionsSection {
+    /// A file of corrections, relative to the study file (or to the working folder when given by `--set`).
+    pub file: Option<String>,
+    /// As [`CorrectionParams::within_mm`].
+    pub within_mm: f64,
+    /// As [`CorrectionParams::snap_mm`].
+    pub snap_mm: f64,
+}
+
+impl Default for CorrectionsSection {
+    fn default() -> Self {
+        let CorrectionParams { within_mm, snap_mm } = CorrectionParams::default();
+        Self { file: None, within_mm, snap_mm }
+    }
+}
+
+impl CorrectionsSection {
+    /// Refuses what finds nothing or anything.
+    ///
+    /// # Errors
+    /// Names the number.
+    pub fn check(&self) -> Result<()> {
+        for (name, value, least) in [("within_mm", self.within_mm, 0.01), ("snap_mm", self.snap_mm, 0.0)] {
+            if !(least..=20.0).contains(&value) {
+                return Err(
+                    Error::usage(format!("corrections.{name} is {value}")).help(format!("give {least} to 20 mm"))
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// How places are found.
+    pub fn params(&self) -> CorrectionParams {
+        CorrectionParams { within_mm: self.within_mm, snap_mm: self.snap_mm }
+    }
 }
 
 /// `[truth]`: the true roots, where they are known; the result is then scored against them.

@@ -3,7 +3,8 @@
 //! It holds the program's version; every parameter with its value, defaults written out; of a sweep the points, each
 //! with what it changes; each distinct work (stage, version, parameters of the stage); and for every node its name, its
 //! work, its key and the digest of its values, files first of all. No times, hosts or absolute paths: two runs of one
-//! study on two machines write the same text. `photos.dir` is relative to the folder that the lock lies in.
+//! study on two machines write the same text. `photos.dir` and `corrections.file` are relative to the folder that the
+//! lock lies in.
 
 use super::batch::{Batch, Point, Study};
 use super::document::Resolved;
@@ -183,9 +184,13 @@ impl Lock {
     }
 }
 
-/// The settings with `photos.dir` as seen from `folder`.
+/// The settings with `photos.dir` and `corrections.file` as seen from `folder`.
 fn portable(settings: &Settings, folder: &Path) -> Result<Resolved> {
     let mut resolved = settings.resolved.clone();
+    if let Some(file) = &settings.corrections_file {
+        let file = relative(file, folder)?.display().to_string();
+        resolved.insert("corrections.file".into(), toml::Value::from(file).to_string());
+    }
     match settings.source {
         Source::Files(_) => {
             let dir = relative(&settings.input_dir, folder)?.display().to_string();

@@ -15,6 +15,17 @@ pub struct CalibrationNodes {
     pub pictures: NodeId,
 }
 
+/// The nodes of a corrected study.
+#[derive(Debug, Clone)]
+pub struct CorrectionNodes {
+    /// The corrected roots, and what became of each correction.
+    pub corrections: NodeId,
+    /// The roots as they were traced.
+    pub traced: NodeId,
+    /// Their traits.
+    pub traits: NodeId,
+}
+
 /// The nodes of a study whose results people look at.
 #[derive(Debug, Clone)]
 pub struct StudyNodes {
@@ -34,10 +45,12 @@ pub struct StudyNodes {
     pub rootness: NodeId,
     /// The extracted root voxels.
     pub extract: NodeId,
-    /// The traced roots with what is known of their points.
+    /// The roots, corrected where a person did, with what is known of their points.
     pub system: NodeId,
     /// Roots, traits and their files.
     pub traits: NodeId,
+    /// What a person corrected.
+    pub corrections: Option<CorrectionNodes>,
     /// Pictures of a slice, where the study asks for one.
     pub slices: Option<NodeId>,
     /// The score of the root voxels, where the truth is known.
@@ -82,7 +95,7 @@ impl StudyNodes {
 
     /// The nodes of what is measured on traced roots.
     pub fn measures(&self) -> impl Iterator<Item = NodeId> {
-        std::iter::once(self.traits).chain(self.roots_score)
+        std::iter::once(self.traits).chain(self.roots_score).chain(self.corrections.as_ref().map(|c| c.traits))
     }
 
     /// What is shown of a study that is no point of a sweep.

@@ -11,8 +11,9 @@ use crate::flow::{Graph, NodeId, Report};
 use crate::formats::tables::{self, Table};
 use crate::formats::{NamedView, camera_file};
 use crate::optics::View;
-use crate::report::page::{CameraOrigin, Evidence, Page, Photograph, Provenance, Warning, directions};
+use crate::report::page::{CameraOrigin, Corrected, Evidence, Page, Photograph, Provenance, Warning, directions};
 use crate::roots::RootSystem;
+use crate::roots::correction::Outcome;
 use crate::stages::evaluate_roots::Judgement;
 use std::collections::BTreeMap;
 
@@ -50,6 +51,13 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
     let score: Option<Score> = nodes.score.map(|n| report.artefact(n)?.json("score")).transpose()?;
     let bands: Option<Vec<Band>> = nodes.score.map(|n| report.artefact(n)?.json("bands")).transpose()?;
     let judgement: Option<Judgement> = nodes.roots_score.map(|n| report.artefact(n)?.json("judgement")).transpose()?;
+    let corrected = match &nodes.corrections {
+        Some(c) => {
+            let outcomes: Vec<Outcome> = report.artefact(c.corrections)?.json("outcomes.json")?;
+            Some((outcomes, tables::read_traits(&report.artefact(c.traits)?.bytes("traits.csv")?)?))
+        }
+        None => None,
+    };
     let sight: Vec<Sight> = report.artefact(shown.sight)?.json("sight")?;
     let warnings = warnings(graph, nodes, report);
     let stages = stages(lock);
@@ -78,6 +86,7 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
             roots_score: judgement.as_ref().map(|j| &j.score),
         },
         photographs: &photographs(nodes, report, &views)?,
+        corrections: corrected.as_ref().map(|(outcomes, traced)| Corrected { outcomes, traced }),
         provenance: Provenance {
             made_by: commands.made_by,
             again: commands.again,
@@ -120,7 +129,7 @@ fn photographs(nodes: &StudyNodes, report: &Report, views: &[View]) -> Result<Ve
         .map(|(((name, view), from_deg), (&preview, &lines))| {
             Ok(Photograph {
                 name: name.clone(),
-                size_px: [view.lens.width, view.lens.height],
+                size_px: [view.lens.ideal().width, view.lens.ideal().height],
                 from_deg,
                 jpeg: report.artefact(preview)?.bytes("preview.jpg")?,
                 lines: report.artefact(lines)?.json("lines")?,

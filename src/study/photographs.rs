@@ -60,6 +60,21 @@ pub(super) fn find(input_dir: &Path, photos: &Photos) -> Result<Found> {
     Ok(found)
 }
 
+/// The photographs of a folder without a study: those of the most frequent format in it, or in its folder `images`.
+///
+/// # Errors
+/// A folder that is missing, or no photograph found.
+pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
+    let patterns = PICTURES.iter().flat_map(|ending| [format!("*.{ending}"), format!("images/*.{ending}")]);
+    let found = patterns.filter_map(|images| find(folder, &Photos { images, ..Photos::default() }).ok());
+    // Of equally many the first.
+    let most = found.map(|found| found.paths).reduce(|a, b| if b.len() > a.len() { b } else { a });
+    match most {
+        Some(paths) => Ok(paths),
+        None => find(folder, &Photos { images: "*.jpg".into(), ..Photos::default() }).map(|found| found.paths),
+    }
+}
+
 /// Whether a file of that name is something that an operating system left: `._DSC01.jpg`, `.DS_Store`, `Thumbs.db`.
 fn is_dropping(name: &str) -> bool {
     let lower = name.to_ascii_lowercase();
@@ -166,6 +181,18 @@ mod tests {
         let found = find(&dir, &Photos { images: images.into(), ..Photos::default() })?;
         let names = found.paths.iter().map(|p| p.file_name().unwrap().to_string_lossy().into_owned()).collect();
         Ok((names, found))
+    }
+
+    #[test]
+    fn a_folder_alone_gives_its_most_frequent_format() {
+        let dir = tempfile::tempdir().unwrap();
+        assert!(in_folder(dir.path()).unwrap_err().message.contains("holds nothing"));
+        fs::create_dir(dir.path().join("images")).unwrap();
+        for name in ["images/1.TIF", "images/2.tif", "sheet.jpg", "notes.txt"] {
+            fs::write(dir.path().join(name), "").unwrap();
+        }
+        let names = in_folder(dir.path()).unwrap();
+        assert!(names.len() == 2 && names[0].ends_with("images/1.TIF"), "{names:?}");
     }
 
     #[test]

@@ -74,6 +74,10 @@ pub fn put_roots(fresh: &Fresh, prefix: &str, nodes: &StudyNodes, report: &Repor
         fresh.put(report, score, "judgement", &format!("{prefix}roots_score.json"))?;
     }
     let rsml = report.artefact(nodes.traits)?.has("roots.rsml").then_some("roots.rsml");
+    if let Some(c) = &nodes.corrections {
+        fresh.put(report, c.corrections, "corrections.csv", &format!("{prefix}corrections.csv"))?;
+        fresh.put(report, c.traits, "traits.csv", &format!("{prefix}traits_traced.csv"))?;
+    }
     for name in ROOT_FILES.into_iter().chain(rsml) {
         fresh.put(report, nodes.traits, name, &format!("{prefix}{name}"))?;
     }

@@ -89,8 +89,11 @@ fn in_file(cameras: &Cameras, input_dir: &Path) -> Option<f64> {
     let read = |path: PathBuf| Some((path.display().to_string(), std::fs::read(&path).ok()?));
     let files = cameras.files(input_dir).ok()?.into_iter().map(read).collect::<Option<Vec<_>>>()?;
     let model = camera_file::parse(&files).ok()?;
-    let lens = model.lens;
-    footprint(model.views.into_iter().map(|v| View { lens, rotation: v.rotation, translation_mm: v.translation }))
+    footprint(model.views.into_iter().map(|v| View {
+        lens: v.lens,
+        rotation: v.rotation,
+        translation_mm: v.translation,
+    }))
 }
 
 /// Height of the first photograph, px.

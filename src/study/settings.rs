@@ -1,17 +1,21 @@
 //! A study as its file says it, checked: every section typed, every default written out.
 
 use super::clean_path::clean;
-use super::document::{Document, Resolved, Sources, note};
-use super::inputs::{CameraSource, Cameras, GridSection, Photos, StudySection, TankSection, TrueTank, Truth};
-use super::photographs::{self, Found};
+use super::document::{Document, Resolved, Sources, note, written_but};
+use super::inputs::{
+    CameraSource, Cameras, CorrectionsSection, GridSection, Photos, StudySection, TankSection, TrueTank, Truth,
+};
+use super::origin::Origin;
+use super::photographs::Found;
 use super::render::RenderSection;
-use super::scale::{self, Scale};
+use super::scale;
 use crate::calibration::RegisterParams;
 use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::optics::Tank;
 use crate::photo::evidence::ContrastParams;
 use crate::roots::diameter::DiameterParams;
+use crate::roots::explain::ExplainParams;
 use crate::roots::traits::TraitParams;
 use crate::roots::{HierarchyParams, TraceParams};
 use crate::simulation::{CaptureParams, GrowthParams, MisjudgeParams};
@@ -22,10 +26,7 @@ use crate::volume::merge::Merge;
 use crate::volume::rootness::Rootness;
 use crate::volume::suppress::Suppress;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 /// `[simulate]`: photograph a grown root system instead of reading photographs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -125,10 +126,16 @@ pub struct Settings {
     pub extract: Hysteresis,
     /// `[trace]`.
     pub trace: TraceParams,
+    /// `[explain]`.
+    pub explain: ExplainParams,
     /// `[diameters]`.
     pub diameters: DiameterParams,
     /// `[hierarchy]`.
     pub hierarchy: HierarchyParams,
+    /// `[corrections]`.
+    pub corrections: CorrectionsSection,
+    /// The file of corrections, where there is one.
+    pub corrections_file: Option<PathBuf>,
     /// `[traits]`.
     pub traits: TraitParams,
     /// `[overlay]`.
@@ -141,71 +148,6 @@ pub struct Settings {
     pub notes: Vec<String>,
     /// Every value that counted, by section and key, as TOML.
     pub resolved: Resolved,
-}
-
-/// What a study's file decides by where it lies.
-pub(super) struct Origin {
-    /// Name of a study that does not say its own.
-    name: String,
-    /// Folder that `photos.dir` starts from.
-    base: PathBuf,
-    /// What was found of the world outside of the file, by the settings that it was looked for with: the points of a sweep
-    /// look once.
-    photographs: Mutex<BTreeMap<(PathBuf, String), Found>>,
-    scales: Mutex<BTreeMap<String, Scale>>,
-}
-
-impl Origin {
-    /// A folder named on the command line starts from where the user stands, one named in the file from the file.
-    pub(super) fn of(path: &Path, overrides: &[String]) -> Self {
-        let from_command = overrides.iter().any(|o| o.trim_start().starts_with("photos.dir"));
-        let base = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
-        let name = path.file_stem().map_or("study".into(), |s| s.to_string_lossy().into());
-        Self { name, base: base.to_owned(), photographs: Mutex::default(), scales: Mutex::default() }
-    }
-
-    /// As [`photographs::find`].
-    fn photographs(&self, input_dir: &Path, photos: &Photos) -> Result<Found> {
-        let key = (input_dir.to_owned(), photos.images.clone());
-        remembered(&self.photographs, key, || photographs::find(input_dir, photos))
-    }
-}
-
-/// Sections that decide nothing about the voxels' edge.
-const NO_SCALE: &[&str] = &[
-    "study",
-    "render",
-    "contrast",
-    "merge",
-    "rootness",
-    "suppress",
-    "extract",
-    "trace",
-    "diameters",
-    "hierarchy",
-    "traits",
-    "overlay",
-    "report",
-    "truth",
-];
-
-/// The values that counted, but those of some sections.
-fn written_but(resolved: &Resolved, sections: &[&str]) -> String {
-    let counts = |name: &str| name.split_once('.').is_none_or(|(section, _)| !sections.contains(&section));
-    let mut text = String::new();
-    for (name, value) in resolved.iter().filter(|(name, _)| counts(name)) {
-        text.extend([name.as_str(), " = ", value, "\n"]);
-    }
-    text
-}
-
-/// The value of that key, made the first time.
-fn remembered<K: Ord, V: Clone>(known: &Mutex<BTreeMap<K, V>>, key: K, make: impl FnOnce() -> Result<V>) -> Result<V> {
-    let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
-    match known.entry(key) {
-        Entry::Occupied(value) => Ok(value.get().clone()),
-        Entry::Vacant(free) => Ok(free.insert(make()?).clone()),
-    }
 }
 
 /// The sections of a study file.
@@ -226,8 +168,10 @@ const SECTIONS: &[&str] = &[
     "suppress",
     "extract",
     "trace",
+    "explain",
     "diameters",
     "hierarchy",
+    "corrections",
     "traits",
     "overlay",
     "report",
@@ -276,8 +220,10 @@ impl Settings {
         let suppress: Suppress = file.section("suppress");
         let extract: Hysteresis = file.section("extract");
         let trace: TraceParams = file.section("trace");
+        let explain: ExplainParams = file.section("explain");
         let diameters: DiameterParams = file.section("diameters");
         let hierarchy: HierarchyParams = file.section("hierarchy");
+        let corrections: CorrectionsSection = file.section("corrections");
         let traits: TraitParams = file.section("traits");
         let overlay: OverlaySection = file.section("overlay");
         let report: ReportSection = file.section("report");
@@ -289,8 +235,10 @@ impl Settings {
             merge.check(),
             extract.check("extract"),
             trace.hysteresis().check("trace"),
+            explain.check(),
             rootness.check(grid.spacing.unwrap_or(f64::NAN)),
             overlay.check(),
+            corrections.check(),
         ];
         for checked in checks.into_iter().chain(simulated_as.into_iter().filter(|_| simulated)) {
             if let Err(e) = checked {
@@ -301,6 +249,12 @@ impl Settings {
             file.refuse(
                 Error::usage("simulate.misjudge has no effect on cameras that are found in the photographs")
                     .help("leave it out, or set cameras.source = \"file\""),
+            );
+        }
+        if cameras.lens.is_some() && cameras.source == CameraSource::File {
+            file.refuse(
+                Error::usage("cameras.lens has no effect on cameras from a file, which have their lenses")
+                    .help("leave it out, or set cameras.source = \"sfm\""),
             );
         }
         let mut resolved = file.finish(SECTIONS)?;
@@ -318,9 +272,8 @@ impl Settings {
         let spacing_mm = match grid.spacing {
             Some(spacing_mm) => spacing_mm,
             None => {
-                let key = written_but(&resolved, NO_SCALE);
                 let make = || scale::of(&source, &cameras, &input_dir, &tank, depth_mm);
-                let scale = remembered(&origin.scales, key, make)?;
+                let scale = origin.scale(&resolved, make)?;
                 rootness.check(scale.spacing_mm)?;
                 notes.push(scale.reason);
                 note(&mut resolved, "grid", &GridSection { spacing: Some(scale.spacing_mm), ..grid })?;
@@ -352,8 +305,11 @@ impl Settings {
             suppress,
             extract,
             trace,
+            explain,
             diameters,
             hierarchy,
+            corrections_file: corrections.file.as_ref().map(|file| clean(&origin.corrections.join(file))),
+            corrections,
             traits,
             overlay,
             report,

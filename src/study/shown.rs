@@ -1,20 +1,18 @@
 //! The nodes of a study that people look at and no number rests on.
 
-use super::graph::{Photographs, reconstruct, spread_halves};
 use super::nodes::{Shown, StudyNodes};
 use super::settings::Settings;
+use super::spread::spread;
 use super::upstream::Upstream;
 use crate::error::Result;
 use crate::flow::{Graph, NodeId};
 use crate::report::page::preview_px;
-use crate::roots::traits::spread::halves;
 use crate::stages::labels::Labels;
 use crate::stages::overlay::Overlay;
 use crate::stages::preview::Preview;
 use crate::stages::root_lines::RootLines;
 use crate::stages::root_overlay::RootOverlay;
 use crate::stages::sight::Sight;
-use crate::stages::spread::Spread;
 use crate::stages::volume::Volume;
 
 /// Adds them to the graph.
@@ -23,7 +21,9 @@ use crate::stages::volume::Volume;
 /// Where random halves of the views are too few or too small.
 pub(super) fn shown(graph: &mut Graph, s: &Settings, from: &Upstream, nodes: &StudyNodes) -> Result<Shown> {
     let &StudyNodes { merged, rootness, extract, system, .. } = nodes;
-    let spread = spread(graph, s, &from.all(), nodes.traits)?;
+    // Halves of the views are not corrected, so they vary about the traits as traced.
+    let traced = nodes.corrections.as_ref().map_or(nodes.traits, |c| c.traits);
+    let spread = spread(graph, s, &from.all(), traced)?;
     let of_views = |graph: &mut Graph, add: &dyn Fn(&mut Graph, &str, NodeId, NodeId) -> NodeId| {
         from.seen.iter().map(|(name, photo, camera)| add(graph, name, *photo, *camera)).collect::<Vec<_>>()
     };
@@ -51,23 +51,4 @@ pub(super) fn shown(graph: &mut Graph, s: &Settings, from: &Upstream, nodes: &St
     let sight = graph.add("sight", sight, &[("merged", &[merged][..]), ("truth", from.truth.as_slice())]);
     let evidence_pictures = from.evidence_pictures.clone();
     Ok(Shown { volume, labels, sight, overlays, root_overlays, previews, root_lines, spread, evidence_pictures })
-}
-
-/// How the traits vary over random halves of the views.
-///
-/// # Errors
-/// Where halves are too few or too small.
-fn spread(graph: &mut Graph, s: &Settings, from: &Photographs<'_>, traits: NodeId) -> Result<Option<NodeId>> {
-    let count = spread_halves(s, from.views.len())?;
-    if count == 0 {
-        return Ok(None);
-    }
-    let mut draws = Vec::with_capacity(count);
-    for (n, half) in halves(from.views.len(), count).iter().enumerate() {
-        let pick = |list: &[NodeId]| half.iter().map(|&v| list[v]).collect::<Vec<_>>();
-        let (files, cameras, views) = (pick(from.files), pick(from.cameras), pick(from.views));
-        let half = Photographs { files: &files, cameras: &cameras, views: &views, background: from.background };
-        draws.push(reconstruct(graph, s, &half, &format!("/half-{}", n + 1)).traits);
-    }
-    Ok(Some(graph.add("spread", Spread {}, &[("traits", &[traits][..]), ("draws", &draws)])))
 }

@@ -1,9 +1,9 @@
 //! From photographs to the views' volumes: the nodes that no setting of what is measured changes.
 
-use super::evident::{self, Evident};
-use super::graph::Photographs;
+use super::evident::{self, Evident, Seen};
 use super::inputs::{CameraSource, Frame};
 use super::nodes::CalibrationNodes;
+use super::reconstruct::Photographs;
 use super::render::Method;
 use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
@@ -42,6 +42,8 @@ pub(super) struct Upstream {
     pub views: Vec<NodeId>,
     /// What is behind the roots, where it is learned.
     pub background: Vec<NodeId>,
+    /// Shares of root, where they are.
+    pub evidence: Vec<NodeId>,
     pub evidence_pictures: Arc<[NodeId]>,
 }
 
@@ -120,15 +122,16 @@ impl Upstream {
             let camera =
                 graph.add(&format!("camera/{name}"), Camera { photo: name.clone() }, &[("cameras", &[cameras])]);
             let undistorted =
-                graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("lens", &[cameras])]);
+                graph.add(&format!("undistort/{name}"), Undistort {}, &[("photo", &[photo]), ("camera", &[camera])]);
             seen.push((name.clone(), undistorted, camera));
         }
         let Evident { rendered, background, pictures: evidence_pictures } = evident::add(graph, s, &seen);
         let views: Vec<NodeId> = seen
             .iter()
-            .zip(rendered)
-            .map(|((name, _, camera), photo)| rendered_view(graph, s, name, photo, *camera, is_virtual))
+            .zip(&rendered)
+            .map(|((name, _, camera), &photo)| rendered_view(graph, s, name, photo, *camera, is_virtual))
             .collect();
+        let evidence = if s.contrast.enabled { rendered } else { Vec::new() };
         let seen_by = seen.iter().map(|v| v.2).collect();
         let (names, files) = (photos.into(), files.into());
         let evidence_pictures = evidence_pictures.into();
@@ -143,18 +146,22 @@ impl Upstream {
             seen_by,
             views,
             background,
+            evidence,
             evidence_pictures,
         })
     }
 
     /// All photographs, to reconstruct from.
     pub fn all(&self) -> Photographs<'_> {
-        Photographs { files: &self.files, cameras: &self.seen_by, views: &self.views, background: &self.background }
+        Photographs {
+            files: &self.files,
+            cameras: &self.seen_by,
+            views: &self.views,
+            background: &self.background,
+            evidence: &self.evidence,
+        }
     }
 }
-
-/// A photograph's name, undistorted picture and camera.
-pub(super) type Seen = (String, NodeId, NodeId);
 
 /// Fails where two photographs would have one name in the results.
 fn check_names(names: &[String]) -> Result<()> {
@@ -188,6 +195,7 @@ fn registered(
     files: &[NodeId],
     known: Option<&[NodeId]>,
 ) -> (NodeId, Option<CalibrationNodes>) {
+    let lens: Vec<NodeId> = s.cameras.lens.iter().map(|path| graph.file("lens-file", s.input_dir.join(path))).collect();
     let given: Vec<NodeId> = s.mask_picture.iter().map(|path| graph.file("mask-file", path)).collect();
     let mask = graph.add("sfm-mask", SfmMask { params: s.mask.clone() }, &[("photos", files), ("given", &given)]);
     let photos = names.to_vec();
@@ -198,11 +206,11 @@ fn registered(
         }
         None => {
             let stage = Sfm { photos: photos.clone(), program: installed(), params: s.sfm.clone() };
-            graph.add("sfm", stage, &[("photos", files), ("mask", &[mask])])
+            graph.add("sfm", stage, &[("photos", files), ("mask", &[mask]), ("lens", &lens)])
         }
     };
     let pose = Pose { tank: s.tank.clone(), photos: photos.clone(), params: s.pose.clone() };
-    let pose = graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files)]);
+    let pose = graph.add("pose", pose, &[("sparse", &[sparse]), ("photos", files), ("lens", &lens)]);
     let pictures = PosePictures { tank: s.tank.clone(), print_thickness_mm: s.pose.print_thickness_mm, photos };
     let pictures = graph.add("pose-pictures", pictures, &[("pose", &[pose]), ("photos", files)]);
     (pose, Some(CalibrationNodes { mask, pose, pictures }))

@@ -69,7 +69,7 @@ impl ViewRenderer {
     /// Where view or tank are faulty (see [`ViewMap::new`]) or the picture's size is not the lens's.
     pub fn new(view: &View, tank: &Tank, undistorted: &Picture, options: RenderOptions) -> Result<Self> {
         let (height, width, channels) = undistorted.dim();
-        let lens = &view.lens;
+        let lens = view.lens.ideal();
         if (height, width, channels) != (lens.height, lens.width, 3) {
             return Err(Error::failed(format!(
                 "the photograph has {width} x {height} px, its camera {} x {} px",

@@ -1,8 +1,10 @@
 //! The program as its users meet it: exit codes, messages, and what is left on disk.
 
 mod bad_input;
+mod cameras;
 mod capture;
 mod care;
+mod corrections;
 mod explain;
 mod figure6;
 mod kill;

@@ -64,6 +64,8 @@ fn points_are_the_studies_of_their_settings_and_add_only_what_differs() {
         "rootness.alpha=[0.25, 0.5]",
         "extract.high=[1.0, 1.5]",
         "trace.high=[1.0, 1.5]",
+        "explain.enabled=[true, false]",
+        "explain.share=[0.06, 0.1]",
         "\"traits.layer_mm\"=[5.0, 10.0]",
         "report.slice=[20.0, 30.0]",
         "diameters.enabled=[true, false]",

@@ -54,13 +54,20 @@ pub(super) fn uncertainty(
     }
     let stiff = matrix.diagonal().max();
     matrix += &turn * turn.transpose() * stiff;
-    let inverse = matrix
+    let mut inverse = matrix
         .cholesky()
         .ok_or_else(|| {
             Error::failed("something about cameras and tank is not observable: the normal equations are singular")
                 .help("more photographs around the tank, or belts at both ends, are needed")
         })?
         .inverse();
+    if network.holds_lens {
+        // What is known has no deviation.
+        for k in 0..COMMON - 1 {
+            inverse.row_mut(k).fill(0.0);
+            inverse.column_mut(k).fill(0.0);
+        }
+    }
     let sigma = |j: &DVector<f64>| (j.dot(&(&inverse * j))).max(0.0).sqrt();
     let unit = |k: usize| inverse[(k, k)].max(0.0).sqrt();
 

@@ -28,7 +28,7 @@ mod turning;
 pub use covariance::Uncertainty;
 pub use solve::{Adjusted, adjust};
 pub use state::{Contour, Network, OutlinePoint, Shape, Start};
-pub use turning::Turning;
+pub use turning::{Bump, Turning};
 
 use crate::math::robust::Loss;
 use serde::{Deserialize, Serialize};

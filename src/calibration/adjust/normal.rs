@@ -119,7 +119,11 @@ pub(super) fn priors(network: &Network, params: &AdjustParams, state: &State) ->
         (7, l[7], params.k3_sigma),
         (8, l[8], params.radius_sigma_mm),
     ];
-    if let Some((focal, sigma)) = network.focal_prior_px {
+    if network.holds_lens {
+        // All but the printed surface's radius.
+        out.retain(|(k, ..)| *k == COMMON - 1);
+        out.extend((0..COMMON - 1).map(|k| (k, 0.0, 0.0)));
+    } else if let Some((focal, sigma)) = network.focal_prior_px {
         out.push((0, l[0] - focal, sigma));
     }
     out.extend(state.offsets.iter().enumerate().map(|(k, o)| (state.offset_index(k), *o, params.edge_offset_sigma_px)));

@@ -72,7 +72,7 @@ pub fn adjust(network: &Network, start: &Start, params: &AdjustParams) -> Result
         if turning.is_none() {
             let axis = Axis::fitted(&state, middle_mm);
             let play = axis.play(&state);
-            turning = Some(axis.turning(&play));
+            turning = Some(axis.turning(&play, &state));
             // As little play as the prior ever allows: a ten-thousandth of a pixel at the wall.
             let play = Play { wobble: play.wobble.max(1e-7), play_mm: play.play_mm.max(1e-5) };
             state.axis = params.one_axis.then_some((axis, play));

@@ -2,6 +2,7 @@
 
 use super::turning::{AXIS, Axis, Play};
 use crate::calibration::sparse::Sighting;
+use crate::optics::lens::PixelSlopes;
 use crate::optics::{Lens, Mat3, Vec3, View};
 use nalgebra::{Matrix2, Matrix2x3, Rotation3, SMatrix, Vector2};
 
@@ -83,6 +84,8 @@ pub struct Network {
     pub outline: Vec<OutlinePoint>,
     /// Focal length from elsewhere (EXIF) with its standard deviation, px.
     pub focal_prior_px: Option<(f64, f64)>,
+    /// Whether the lens stays as it is.
+    pub holds_lens: bool,
 }
 
 impl Network {
@@ -203,38 +206,19 @@ impl State {
         if c.z <= 1e-6 {
             return None;
         }
-        let (l, d) = (&self.lens, &self.lens.distortion);
         let (x, y) = (c.x / c.z, c.y / c.z);
-        let r2 = x * x + y * y;
-        let radial = 1.0 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3));
-        let slope = 2.0 * (d.k1 + r2 * (2.0 * d.k2 + 3.0 * r2 * d.k3));
-        let xd = x * radial + 2.0 * d.p1 * x * y + d.p2 * (r2 + 2.0 * x * x);
-        let yd = y * radial + d.p1 * (r2 + 2.0 * y * y) + 2.0 * d.p2 * x * y;
-        let f = l.focal_px;
-        let cross = slope * x * y + 2.0 * d.p1 * x + 2.0 * d.p2 * y;
-        let by_xy = Matrix2::new(
-            radial + slope * x * x + 2.0 * d.p1 * y + 6.0 * d.p2 * x,
-            cross,
-            cross,
-            radial + slope * y * y + 6.0 * d.p1 * y + 2.0 * d.p2 * x,
-        ) * f;
-        let by_camera = by_xy * Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y) / c.z;
-        let (r4, r6) = (r2 * r2, r2 * r2 * r2);
-        #[rustfmt::skip]
-        let by_common = SMatrix::<f64, 2, COMMON>::from_row_slice(&[
-            xd, 1.0, 0.0, f * x * r2, f * x * r4, f * 2.0 * x * y, f * (r2 + 2.0 * x * x), f * x * r6, 0.0,
-            yd, 0.0, 1.0, f * y * r2, f * y * r4, f * (r2 + 2.0 * y * y), f * 2.0 * x * y, f * y * r6, 0.0,
-        ]);
+        let PixelSlopes { pixel, by_direction, u_by, v_by } = self.lens.pixel_with_derivatives(x, y);
+        let by_camera = Matrix2::from_row_slice(&by_direction) * Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y) / c.z;
+        let mut by_common = SMatrix::<f64, 2, COMMON>::zeros();
+        for (k, (u, v)) in u_by.into_iter().zip(v_by).enumerate() {
+            by_common[(0, k)] = u;
+            by_common[(1, k)] = v;
+        }
         let mut by_pose = SMatrix::<f64, 2, POSE>::zeros();
         // exp(ω) turned = turned + ω x turned.
         by_pose.fixed_columns_mut::<3>(0).copy_from(&(-by_camera * turned.cross_matrix()));
         by_pose.fixed_columns_mut::<3>(3).copy_from(&by_camera);
-        Some(Projection {
-            pixel: Vector2::new(f * xd + l.cx, f * yd + l.cy),
-            by_common,
-            by_pose,
-            by_point: by_camera * r,
-        })
+        Some(Projection { pixel: Vector2::from(pixel), by_common, by_pose, by_point: by_camera * r })
     }
 }
 

@@ -19,7 +19,7 @@ fn truth() -> Vec<View> {
         focal_px: 850.0,
         cx: 401.0,
         cy: 295.0,
-        distortion: Distortion { k1: -0.08, k2: 0.03, p1: 3e-4, p2: -2e-4, k3: 0.0 },
+        distortion: Distortion { k1: -0.08, k2: 0.03, p1: 3e-4, p2: -2e-4, k3: 0.0, ..Distortion::default() },
     };
     (0..12)
         .map(|i| {
@@ -87,7 +87,18 @@ fn network(views: &[View], noise_px: f64, wrong: f64, seed: u64) -> (Network, Ve
         }
         contours.push(Contour { name: "side".into(), radius_mm: RADIUS, shape });
     }
-    (Network { belt_radius_mm: RADIUS, tracks, redundancy: 1.0, contours, outline, focal_prior_px: None }, points)
+    (
+        Network {
+            belt_radius_mm: RADIUS,
+            tracks,
+            redundancy: 1.0,
+            contours,
+            outline,
+            focal_prior_px: None,
+            holds_lens: false,
+        },
+        points,
+    )
 }
 
 fn disturbed(views: &[View], points_mm: Vec<Vec3>) -> Start {
@@ -134,6 +145,21 @@ fn exact_observations_give_the_truth_back() {
     let out = adjust(&network, &disturbed(&views, points), &params).unwrap();
     assert!(worst_px(&out.views, &views) < 0.01, "{} px", worst_px(&out.views, &views));
     assert!((out.views[0].lens.focal_px - 850.0).abs() < 0.1, "f {}", out.views[0].lens.focal_px);
+}
+
+#[test]
+fn a_known_lens_stays_and_helps() {
+    let views = truth();
+    let (mut network, points) = network(&views, 0.3, 0.0, 5);
+    let mut start = disturbed(&views, points);
+    start.views.iter_mut().for_each(|view| view.lens = views[0].lens);
+    let free = adjust(&network, &start, &AdjustParams::default()).unwrap();
+    network.holds_lens = true;
+    let held = adjust(&network, &start, &AdjustParams::default()).unwrap();
+    assert_eq!(held.views[0].lens, views[0].lens);
+    assert_ne!(free.views[0].lens, views[0].lens);
+    assert_eq!((held.uncertainty.focal_px, held.uncertainty.distortion), (0.0, [0.0; 5]));
+    assert!(held.uncertainty.wall_px > 0.0 && held.uncertainty.wall_px < free.uncertainty.wall_px);
 }
 
 #[test]
@@ -221,7 +247,8 @@ fn an_axis_beside_the_tanks_is_found_and_its_derivatives_agree_with_differences(
     let state = poses(&truth().iter().map(beside).collect::<Vec<_>>());
     let axis = Axis::fitted(&state, 90.0);
     let play = axis.play(&state);
-    let found = axis.turning(&play);
+    let found = axis.turning(&play, &state);
+    assert_eq!(found.bump, None);
     assert!(play.wobble < 1e-9 && play.play_mm < 1e-7, "{play:?}");
     assert!((found.tilt_deg.to_radians() - 0.02).abs() < 1e-6, "{found:?}");
     // At half the height the leaning has moved it by 90 sin 0.02 more, across.
@@ -247,6 +274,22 @@ fn an_axis_beside_the_tanks_is_found_and_its_derivatives_agree_with_differences(
             assert!((numeric - analytic).norm() < 1e-4 * (1.0 + analytic.norm()), "{part} {k}: {numeric} {analytic}");
         }
     }
+}
+
+#[test]
+fn a_bump_is_found_where_it_was() {
+    let bumped = |view: usize, moved_mm: f64| {
+        let mut views = truth();
+        for v in &mut views[view..] {
+            v.translation_mm.y += moved_mm;
+        }
+        let state = poses(&views);
+        let axis = Axis::fitted(&state, 90.0);
+        axis.turning(&axis.play(&state), &state).bump
+    };
+    let found = bumped(5, 1.5).unwrap();
+    assert!(found.view == 5 && (found.moved_mm - 1.5).abs() < 0.01 && found.turned_deg < 0.01, "{found:?}");
+    assert_eq!(bumped(5, 0.01), None);
 }
 
 #[test]

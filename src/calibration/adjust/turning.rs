@@ -52,7 +52,26 @@ pub struct Turning {
     pub wobble_deg: f64,
     /// By how much its place varied, mm.
     pub play_mm: f64,
+    /// Where the camera was moved, once.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bump: Option<Bump>,
 }
+
+/// The camera was moved between two photographs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Bump {
+    /// Index of the first view after it.
+    pub view: usize,
+    /// How far the table's axis moved in the camera's frame, mm.
+    pub moved_mm: f64,
+    /// By how much its direction changed there, degrees.
+    pub turned_deg: f64,
+}
+
+/// A bump has to leave so small a part of the residuals' squares.
+const LEFT_OVER: f64 = 0.2;
+/// A smaller one is none: degrees, mm.
+const BUMPED: (f64, f64) = (0.03, 0.2);
 
 /// Residuals of one view with their derivatives by its pose and by the axis, not yet divided.
 pub(super) struct Residual {
@@ -142,13 +161,40 @@ impl Axis {
         Play { wobble: median(&mut wobbles), play_mm: median(&mut plays) }
     }
 
-    /// For people.
-    pub fn turning(&self, play: &Play) -> Turning {
+    /// Where the camera was moved, if it was once: the split of the views in two runs that leaves the least of the squares of
+    /// the residuals, which are the axis' direction and place as each camera sees them.
+    fn bump(&self, state: &State) -> Option<Bump> {
+        let misses: Vec<(Vec3, Vec3)> =
+            state.poses.iter().map(|pose| self.residual(pose)).map(|r| (r.wobble, r.play_mm)).collect();
+        let mean = |part: &[(Vec3, Vec3)]| {
+            let n = part.len() as f64;
+            (part.iter().map(|m| m.0).sum::<Vec3>() / n, part.iter().map(|m| m.1).sum::<Vec3>() / n)
+        };
+        // Both kinds in units of what a bump has at least.
+        let squares = |part: &[(Vec3, Vec3)]| {
+            let (wobble, play) = mean(part);
+            let of = |m: &(Vec3, Vec3)| {
+                ((m.0 - wobble).norm() / BUMPED.0.to_radians()).powi(2) + ((m.1 - play).norm() / BUMPED.1).powi(2)
+            };
+            part.iter().map(of).sum::<f64>()
+        };
+        let n = misses.len();
+        let left = |at: usize| squares(&misses[..at]) + squares(&misses[at..]);
+        let view = (1..n).min_by(|a, b| left(*a).total_cmp(&left(*b)))?;
+        let (before, after) = (mean(&misses[..view]), mean(&misses[view..]));
+        let (turned_deg, moved_mm) = ((after.0 - before.0).norm().to_degrees(), (after.1 - before.1).norm());
+        let is_one = left(view) < LEFT_OVER * squares(&misses) && (turned_deg > BUMPED.0 || moved_mm > BUMPED.1);
+        is_one.then_some(Bump { view, moved_mm, turned_deg })
+    }
+
+    /// For people; `state` holds the poses adjusted without the axis.
+    pub fn turning(&self, play: &Play, state: &State) -> Turning {
         Turning {
             tilt_deg: self.tilt[0].hypot(self.tilt[1]).atan().to_degrees(),
             offset_mm: self.point_mm[0].hypot(self.point_mm[1]),
             wobble_deg: play.wobble.to_degrees(),
             play_mm: play.play_mm,
+            bump: self.bump(state),
         }
     }
 }

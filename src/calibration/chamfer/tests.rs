@@ -50,9 +50,9 @@ fn scene() -> (SparseModel, Vec<Array3<u8>>, Similarity) {
         // The same view in the frame of structure from motion.
         let sfm_rotation = rotation * truth.rotation;
         let translation = (view.translation_mm + rotation * truth.translation_mm) / truth.scale;
-        views.push(SparseView { file: format!("{i}.jpg"), rotation: sfm_rotation, translation });
+        views.push(SparseView { file: format!("{i}.jpg"), lens, rotation: sfm_rotation, translation });
     }
-    (SparseModel { lens, views, points: Vec::new() }, photos, truth)
+    (SparseModel { views, points: Vec::new() }, photos, truth)
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! COLMAP's command lines for a ring of photographs taken with one lens.
 //!
-//! One camera of model `SIMPLE_RADIAL` (the adjustment that follows frees more, with the tank to hold it),
+//! One camera, of model `SIMPLE_RADIAL` (the adjustment that follows frees more, with the tank to hold it) unless its lens is known,
 //! one mask for all photographs, the processor instead of the graphics card, a fixed seed. Options that
 //! were renamed between versions are chosen by what the installed program's own help names.
 
@@ -42,9 +42,20 @@ pub struct Features {
     pub seed: u32,
 }
 
-/// Arguments of one of [`Places::steps`]; `lens` (focal length, centre in px, radial distortion) is where to begin where
-/// the photographs themselves do not tell; `help` is what `colmap STEP -h` prints.
-pub fn arguments(step: &str, places: &Places, features: Features, lens: Option<[f64; 4]>, help: &str) -> Vec<OsString> {
+/// The camera of all photographs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Intrinsics {
+    /// What the photographs' EXIF data say is where to begin.
+    #[default]
+    Exif,
+    /// Focal length, centre (COLMAP's px) and radial distortion are where to begin.
+    Begin([f64; 4]),
+    /// Name and parameters of the camera model are known, and stay.
+    Known(String, Vec<f64>),
+}
+
+/// Arguments of one of [`Places::steps`]; `help` is what `colmap STEP -h` prints.
+pub fn arguments(step: &str, places: &Places, features: Features, lens: &Intrinsics, help: &str) -> Vec<OsString> {
     let mut args: Vec<OsString> = vec![step.into()];
     let mut add = |names: &[&str], value: OsString| {
         // Options that no known name fits are left at the program's default.
@@ -58,10 +69,16 @@ pub fn arguments(step: &str, places: &Places, features: Features, lens: Option<[
     match step {
         "feature_extractor" => {
             add(&["image_path"], places.images.into());
-            add(&["ImageReader.camera_model"], "SIMPLE_RADIAL".into());
+            let (model, params) = match lens {
+                Intrinsics::Exif => ("SIMPLE_RADIAL", &[][..]),
+                Intrinsics::Begin(params) => ("SIMPLE_RADIAL", &params[..]),
+                Intrinsics::Known(model, params) => (model.as_str(), &params[..]),
+            };
+            add(&["ImageReader.camera_model"], model.into());
             add(&["ImageReader.single_camera"], "1".into());
-            if let Some(lens) = lens {
-                add(&["ImageReader.camera_params"], lens.map(|value| value.to_string()).join(",").into());
+            if !params.is_empty() {
+                let params: Vec<String> = params.iter().map(f64::to_string).collect();
+                add(&["ImageReader.camera_params"], params.join(",").into());
             }
             add(&["ImageReader.camera_mask_path"], places.mask.into());
             add(&["FeatureExtraction.use_gpu", "SiftExtraction.use_gpu"], "0".into());
@@ -84,6 +101,12 @@ pub fn arguments(step: &str, places: &Places, features: Features, lens: Option<[
             add(&["output_path"], places.sparse.into());
             if let Some(known) = places.known {
                 add(&["input_path"], known.into());
+            }
+            if let Intrinsics::Known(..) = lens {
+                for kind in ["focal_length", "principal_point", "extra_params"] {
+                    let option = format!("Mapper.ba_refine_{kind}");
+                    add(&[option.as_str()], "0".into());
+                }
             }
             add(&["Mapper.min_model_size"], "3".into());
             add(&["Mapper.extract_colors"], "0".into());
@@ -128,20 +151,34 @@ mod tests {
         let p = Path::new("x");
         let places = Places { database: p, images: p, mask: p, pairs: p, sparse: p, known: None };
         let plain = Features { affine: false, seed: 1 };
+        let exif = Intrinsics::Exif;
         let old = "--database_path arg\n --SiftExtraction.use_gpu arg (=1)";
         let new = "--database_path arg\n --FeatureExtraction.use_gpu arg (=1)";
         assert!(
-            text(&arguments("feature_extractor", &places, plain, None, old)).contains("--SiftExtraction.use_gpu 0")
+            text(&arguments("feature_extractor", &places, plain, &exif, old)).contains("--SiftExtraction.use_gpu 0")
         );
         assert!(
-            text(&arguments("feature_extractor", &places, plain, None, new)).contains("--FeatureExtraction.use_gpu 0")
+            text(&arguments("feature_extractor", &places, plain, &exif, new)).contains("--FeatureExtraction.use_gpu 0")
         );
-        assert!(!text(&arguments("feature_extractor", &places, plain, None, old)).contains("mask"));
+        assert!(!text(&arguments("feature_extractor", &places, plain, &exif, old)).contains("mask"));
         let help = "--ImageReader.camera_params arg";
-        let lens = Some([1500.5, 960.0, 640.0, 0.0]);
-        let args = text(&arguments("feature_extractor", &places, plain, lens, help));
+        let lens = Intrinsics::Begin([1500.5, 960.0, 640.0, 0.0]);
+        let args = text(&arguments("feature_extractor", &places, plain, &lens, help));
         assert!(args.contains("--ImageReader.camera_params 1500.5,960,640,0"), "{args}");
-        assert!(!text(&arguments("feature_extractor", &places, plain, None, help)).contains("camera_params"));
+        assert!(!text(&arguments("feature_extractor", &places, plain, &exif, help)).contains("camera_params"));
+    }
+
+    #[test]
+    fn a_known_lens_stays() {
+        let p = Path::new("x");
+        let places = Places { database: p, images: p, mask: p, pairs: p, sparse: p, known: None };
+        let plain = Features { affine: false, seed: 1 };
+        let known = Intrinsics::Known("OPENCV_FISHEYE".into(), vec![500.0, 501.5]);
+        let of = |step: &str, help: &str| text(&arguments(step, &places, plain, &known, help));
+        let args = of("feature_extractor", "--ImageReader.camera_params arg\n--ImageReader.camera_model arg");
+        assert!(args.contains("OPENCV_FISHEYE") && args.contains("500,501.5"), "{args}");
+        let args = of("mapper", "--Mapper.ba_refine_focal_length arg\n--Mapper.ba_refine_extra_params arg");
+        assert!(args.contains("focal_length 0") && args.contains("extra_params 0"), "{args}");
     }
 
     #[test]

@@ -1,54 +1,86 @@
 //! COLMAP's camera models and the crate's lens.
 //!
-//! Square pixels are one focal length: fx and fy may differ by 1e-4 of their size (0.05 px at 500 px
-//! from the centre) and are averaged; beyond that the model is refused.
+//! `FOV` and `RAD_TAN_THIN_PRISM_FISHEYE` have no counterpart here and are refused by name.
 
 use super::Camera;
 use crate::error::{Error, Result};
-use crate::optics::{Distortion, Lens};
+use crate::optics::{Distortion, Lens, Model};
 
 pub(super) fn from_camera(camera: &Camera) -> Result<Lens> {
     let p = &camera.params;
-    let none = Distortion::default();
-    let (fx, fy, cx, cy, distortion) = match (camera.model.as_str(), p.len()) {
-        ("SIMPLE_PINHOLE", 3) => (p[0], p[0], p[1], p[2], none),
-        ("PINHOLE", 4) => (p[0], p[1], p[2], p[3], none),
-        ("SIMPLE_RADIAL", 4) => (p[0], p[0], p[1], p[2], Distortion { k1: p[3], ..none }),
-        ("RADIAL", 5) => (p[0], p[0], p[1], p[2], Distortion { k1: p[3], k2: p[4], ..none }),
-        ("OPENCV", 8) => (p[0], p[1], p[2], p[3], Distortion { k1: p[4], k2: p[5], p1: p[6], p2: p[7], k3: 0.0 }),
-        ("FULL_OPENCV", 12) if p[9..].iter().all(|&k| k == 0.0) => {
-            (p[0], p[1], p[2], p[3], Distortion { k1: p[4], k2: p[5], p1: p[6], p2: p[7], k3: p[8] })
+    let brown = Distortion::default();
+    let fisheye = Distortion { model: Model::Fisheye, ..brown };
+    // (fx, fy, cx, cy) and the rest.
+    let (own, d) = match (camera.model.as_str(), p.as_slice()) {
+        ("SIMPLE_PINHOLE", &[f, cx, cy]) => ([f, f, cx, cy], brown),
+        ("PINHOLE", &[fx, fy, cx, cy]) => ([fx, fy, cx, cy], brown),
+        ("SIMPLE_RADIAL", &[f, cx, cy, k1]) => ([f, f, cx, cy], Distortion { k1, ..brown }),
+        ("RADIAL", &[f, cx, cy, k1, k2]) => ([f, f, cx, cy], Distortion { k1, k2, ..brown }),
+        ("OPENCV", &[fx, fy, cx, cy, k1, k2, p1, p2]) => ([fx, fy, cx, cy], Distortion { k1, k2, p1, p2, ..brown }),
+        ("FULL_OPENCV", &[fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6]) => {
+            ([fx, fy, cx, cy], Distortion { k1, k2, p1, p2, k3, k4, k5, k6, ..brown })
         }
-        (model, n) => {
+        ("SIMPLE_RADIAL_FISHEYE", &[f, cx, cy, k1]) => ([f, f, cx, cy], Distortion { k1, ..fisheye }),
+        ("RADIAL_FISHEYE", &[f, cx, cy, k1, k2]) => ([f, f, cx, cy], Distortion { k1, k2, ..fisheye }),
+        ("OPENCV_FISHEYE", &[fx, fy, cx, cy, k1, k2, k3, r8]) => {
+            ([fx, fy, cx, cy], Distortion { k1, k2, k3, r8, ..fisheye })
+        }
+        ("THIN_PRISM_FISHEYE", &[fx, fy, cx, cy, k1, k2, p1, p2, k3, r8, sx1, sy1]) => {
+            let s = [sx1, 0.0, sy1, 0.0];
+            ([fx, fy, cx, cy], Distortion { k1, k2, p1, p2, k3, r8, s, ..fisheye })
+        }
+        (model, given) => {
+            let n = given.len();
             return Err(Error::failed(format!("COLMAP camera {}: model {model} with {n} parameters", camera.id)).help(
-                "use SIMPLE_RADIAL, RADIAL or OPENCV (fisheye models and rational distortion are not supported)",
+                "use one of SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, SIMPLE_RADIAL_FISHEYE, \
+                 RADIAL_FISHEYE, OPENCV_FISHEYE, THIN_PRISM_FISHEYE",
             ));
         }
     };
-    if ((fx - fy) / fx).abs() > 1e-4 {
-        return Err(Error::failed(format!("COLMAP camera {}: focal lengths {fx} and {fy} differ", camera.id))
-            .help("pixels are taken as square: run COLMAP with SIMPLE_RADIAL or RADIAL"));
-    }
+    let [fx, fy, cx, cy] = own;
     let lens = Lens {
         width: camera.width as usize,
         height: camera.height as usize,
-        focal_px: 0.5 * (fx + fy),
+        focal_px: fy,
         cx: cx - 0.5,
         cy: cy - 0.5,
-        distortion,
+        distortion: Distortion { b1: fx - fy, ..d },
     };
-    lens.check()?;
+    lens.check().map_err(|e| e.at(format!("COLMAP camera {}", camera.id)))?;
     Ok(lens)
 }
 
-pub(super) fn to_camera(lens: &Lens) -> Camera {
+/// The simplest of COLMAP's models that holds the lens.
+pub(super) fn to_camera(lens: &Lens, id: u32) -> Result<Camera> {
     let d = &lens.distortion;
-    let mut params = vec![lens.focal_px, lens.focal_px, lens.cx + 0.5, lens.cy + 0.5, d.k1, d.k2, d.p1, d.p2];
-    let model = if d.k3 == 0.0 {
-        "OPENCV"
-    } else {
-        params.extend([d.k3, 0.0, 0.0, 0.0]);
-        "FULL_OPENCV"
+    let mut params = vec![lens.focal_px + d.b1, lens.focal_px, lens.cx + 0.5, lens.cy + 0.5];
+    let [s1, s2, s3, s4] = d.s;
+    let zero = |values: &[f64]| values.iter().all(|v| *v == 0.0);
+    let model = match d.model {
+        _ if !zero(&[d.b2, s2, s4]) => None,
+        Model::Brown if !zero(&[d.r8, s1, s3]) => None,
+        Model::Brown if zero(&[d.k3, d.k4, d.k5, d.k6]) => {
+            params.extend([d.k1, d.k2, d.p1, d.p2]);
+            Some("OPENCV")
+        }
+        Model::Brown => {
+            params.extend([d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6]);
+            Some("FULL_OPENCV")
+        }
+        Model::Fisheye if zero(&[d.p1, d.p2, s1, s3]) => {
+            params.extend([d.k1, d.k2, d.k3, d.r8]);
+            Some("OPENCV_FISHEYE")
+        }
+        Model::Fisheye => {
+            params.extend([d.k1, d.k2, d.p1, d.p2, d.k3, d.r8, s1, s3]);
+            Some("THIN_PRISM_FISHEYE")
+        }
     };
-    Camera { id: 1, model: model.to_owned(), width: lens.width as u64, height: lens.height as u64, params }
+    let model = model.ok_or_else(|| {
+        Error::failed("COLMAP has no camera model with a skew (b2), r8 of an ordinary lens, or these thin prism terms")
+            .help(
+                "write transforms.json of the undistorted photographs instead, or calibrate with OPENCV or FULL_OPENCV",
+            )
+    })?;
+    Ok(Camera { id, model: model.to_owned(), width: lens.width as u64, height: lens.height as u64, params })
 }

@@ -13,7 +13,7 @@ use crate::calibration::sparse::{Sighting, SparseModel, SparsePoint, SparseView}
 use crate::error::{Error, Result};
 use crate::optics::{Lens, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A camera entry as the files give it.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,9 +88,8 @@ const CAMERA_MODELS: [(&str, usize); 11] = [
 /// `photos` where given (names that the model lacks are skipped: not registered).
 ///
 /// # Errors
-/// More than one camera, a lens that [`Lens`] cannot express, entries that refer to what is not there.
+/// A lens that [`Lens`] cannot express, entries that refer to what is not there.
 pub fn to_sparse(model: &Model, photos: Option<&[String]>) -> Result<SparseModel> {
-    let lens = one_lens(model)?;
     let mut images: Vec<&Image> = model.images.iter().collect();
     images.sort_by(|a, b| a.name.cmp(&b.name));
     if let Some(photos) = photos {
@@ -102,6 +101,7 @@ pub fn to_sparse(model: &Model, photos: Option<&[String]>) -> Result<SparseModel
             .help("the names in its images file must be those of the photographs"));
     }
     let index: BTreeMap<u32, usize> = images.iter().enumerate().map(|(k, i)| (i.id, k)).collect();
+    let lenses = lenses(model, &images)?;
     let mut views = Vec::with_capacity(images.len());
     for image in &images {
         let q = Quaternion::new(image.quaternion[0], image.quaternion[1], image.quaternion[2], image.quaternion[3]);
@@ -109,7 +109,8 @@ pub fn to_sparse(model: &Model, photos: Option<&[String]>) -> Result<SparseModel
             return Err(Error::failed(format!("COLMAP image `{}`: its quaternion is zero or not finite", image.name)));
         }
         let rotation = UnitQuaternion::from_quaternion(q).to_rotation_matrix().into_inner();
-        views.push(SparseView { file: image.name.clone(), rotation, translation: Vec3::from(image.translation) });
+        let translation = Vec3::from(image.translation);
+        views.push(SparseView { file: image.name.clone(), lens: lenses[&image.camera_id], rotation, translation });
     }
     let mut points = Vec::with_capacity(model.points.len());
     for p in &model.points {
@@ -128,13 +129,32 @@ pub fn to_sparse(model: &Model, photos: Option<&[String]>) -> Result<SparseModel
             points.push(SparsePoint { position: Vec3::from(p.position), seen });
         }
     }
-    let sparse = SparseModel { lens, views, points };
+    let sparse = SparseModel { views, points };
     sparse.check()?;
     Ok(sparse)
 }
 
-/// COLMAP's entries of a sparse model; the lens becomes `OPENCV`, or `FULL_OPENCV` where k3 is not 0.
-pub fn from_sparse(sparse: &SparseModel) -> Model {
+/// COLMAP's name and parameters of the simplest of its camera models that holds the lens.
+///
+/// # Errors
+/// A lens that COLMAP cannot express.
+pub fn camera_model(lens: &Lens) -> Result<(String, Vec<f64>)> {
+    lens::to_camera(lens, 1).map(|camera| (camera.model, camera.params))
+}
+
+/// COLMAP's entries of a sparse model: equal lenses are one camera, in the simplest model that holds them.
+///
+/// # Errors
+/// A lens that COLMAP cannot express.
+pub fn from_sparse(sparse: &SparseModel) -> Result<Model> {
+    let mut lenses: Vec<Lens> = Vec::new();
+    for view in &sparse.views {
+        if !lenses.contains(&view.lens) {
+            lenses.push(view.lens);
+        }
+    }
+    let camera_of = |lens: &Lens| lenses.iter().position(|l| l == lens).map_or(0, |k| k as u32 + 1);
+    let cameras = lenses.iter().map(|lens| lens::to_camera(lens, camera_of(lens))).collect::<Result<_>>()?;
     let mut images: Vec<Image> = sparse
         .views
         .iter()
@@ -145,7 +165,7 @@ pub fn from_sparse(sparse: &SparseModel) -> Model {
                 id: k as u32 + 1,
                 quaternion: [q.w, q.i, q.j, q.k],
                 translation: v.translation.into(),
-                camera_id: 1,
+                camera_id: camera_of(&v.lens),
                 name: v.file.clone(),
                 keypoints: Vec::new(),
             }
@@ -162,23 +182,20 @@ pub fn from_sparse(sparse: &SparseModel) -> Model {
         }
         points.push(Point { id, position: p.position.into(), track });
     }
-    Model { cameras: vec![lens::to_camera(&sparse.lens)], images, points }
+    Ok(Model { cameras, images, points })
 }
 
-fn one_lens(model: &Model) -> Result<Lens> {
-    let mut used: Vec<u32> = model.images.iter().map(|i| i.camera_id).collect();
-    used.sort_unstable();
-    used.dedup();
-    let [id] = used[..] else {
-        return Err(Error::failed(format!("the COLMAP model uses {} cameras", used.len()))
-            .help("all photographs are taken with one lens: run COLMAP with --ImageReader.single_camera 1"));
+/// The lens of every camera that these images name.
+fn lenses(model: &Model, images: &[&Image]) -> Result<BTreeMap<u32, Lens>> {
+    let ids: BTreeSet<u32> = images.iter().map(|i| i.camera_id).collect();
+    let lens = |id| {
+        let camera =
+            model.cameras.iter().find(|c| c.id == id).ok_or_else(|| {
+                Error::failed(format!("the COLMAP model's images name camera {id}, which cameras lacks"))
+            })?;
+        Ok((id, lens::from_camera(camera)?))
     };
-    let camera = model
-        .cameras
-        .iter()
-        .find(|c| c.id == id)
-        .ok_or_else(|| Error::failed(format!("the COLMAP model's images name camera {id}, which cameras lacks")))?;
-    lens::from_camera(camera)
+    ids.into_iter().map(lens).collect()
 }
 
 #[cfg(test)]

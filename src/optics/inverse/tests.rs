@@ -10,7 +10,7 @@ fn camera(centre: Vec3, target: Vec3, roll: f64, focal_px: f64) -> View {
     let level = Mat3::from_rows(&[right.transpose(), down.transpose(), forward.transpose()]);
     let (sin, cos) = roll.sin_cos();
     let rotation = Mat3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0) * level;
-    let distortion = Distortion { k1: -0.08, k2: 0.04, p1: 3e-4, p2: -2e-4, k3: 0.0 };
+    let distortion = Distortion { k1: -0.08, k2: 0.04, p1: 3e-4, p2: -2e-4, k3: 0.0, ..Distortion::default() };
     let lens = Lens { width: 968, height: 648, focal_px, cx: 488.0, cy: 320.0, distortion };
     View { lens, rotation, translation_mm: -(rotation * centre) }
 }

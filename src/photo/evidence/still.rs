@@ -28,7 +28,10 @@ pub fn room_pixels(views: &[View], tank: &Tank, most: usize) -> Vec<(usize, usiz
         let across = ray.x * ray.x + ray.y * ray.y;
         let s = -(centre.x * ray.x + centre.y * ray.y) / across;
         let nearest = centre + s * ray;
-        nearest.x.hypot(nearest.y) > BESIDE * tank.radius_mm && nearest.z < 0.9 * tank.height_mm
+        // Pictures of several lenses differ in size.
+        view.holds(x as f64, y as f64)
+            && nearest.x.hypot(nearest.y) > BESIDE * tank.radius_mm
+            && nearest.z < 0.9 * tank.height_mm
     };
     let all: Vec<(usize, usize)> = (step..height.saturating_sub(1))
         .step_by(step)

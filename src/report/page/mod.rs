@@ -4,9 +4,10 @@
 //! stand in it as JSON; plotly.js, embedded whole, draws the view in space and the plots from it, and `script/` ties them to
 //! the tables and photographs. Nothing is loaded: the page's own policy forbids it. Equal values give equal bytes.
 
+mod corrections;
 mod data;
 mod findings;
-mod html;
+pub(in crate::report) mod html;
 mod library;
 mod photographs;
 mod projection;
@@ -14,6 +15,7 @@ mod provenance;
 mod repaired;
 mod tables;
 
+pub use corrections::Corrected;
 pub use findings::{CameraOrigin, Evidence, Warning, directions};
 pub use photographs::Photograph;
 pub use provenance::Provenance;
@@ -46,6 +48,8 @@ pub struct Page<'a> {
     pub evidence: Evidence<'a>,
     /// The photographs in capture order.
     pub photographs: &'a [Photograph],
+    /// What a person corrected.
+    pub corrections: Option<Corrected<'a>>,
     /// How the result was made.
     pub provenance: Provenance<'a>,
 }
@@ -71,8 +75,9 @@ const STYLE: &str = include_str!("style.css");
 const BEFORE: &str = include_str!("script/before.js");
 
 /// In the order in which they need each other.
-const SCRIPTS: [&str; 9] = [
+const SCRIPTS: [&str; 10] = [
     include_str!("script/state.js"),
+    include_str!("script/library.js"),
     include_str!("script/colour.js"),
     include_str!("script/tube.js"),
     include_str!("script/space.js"),
@@ -109,6 +114,9 @@ impl Page<'_> {
         findings::section(&self.evidence, self.system, self.traits, &mut t);
         self.space(&mut t);
         tables::traits(self.traits, self.spread, &mut t);
+        if let Some(corrected) = &self.corrections {
+            corrections::section(corrected, self.traits, &mut t);
+        }
         t.push_str(PLOTS);
         photographs::section(self.photographs, &mut t);
         tables::roots(self.per_root, &mut t);
@@ -121,7 +129,7 @@ impl Page<'_> {
         let _ = writeln!(t, "<script type=\"application/json\" id=\"data\">{}</script>", data.replace("</", "<\\/"));
         let _ = writeln!(
             t,
-            "<script>\n{BEFORE}</script>\n<script>\n{library}\n</script>\n<script>\n\"use strict\";\n(() => {{"
+            "<script type=\"text/plain\" id=\"plotly\">\n{BEFORE}{library}\n</script>\n<script>\n\"use strict\";\n(() => {{"
         );
         SCRIPTS.iter().for_each(|script| t.push_str(script));
         t.push_str("})();\n</script>\n</body>\n</html>\n");

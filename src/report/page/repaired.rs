@@ -6,7 +6,7 @@ use crate::roots::{RootSystem, repair::Kind};
 const REACH_MM: f64 = 1.0;
 
 /// All kinds, in the order of the legend.
-pub const KINDS: [Kind; 8] = [
+pub const KINDS: [Kind; 10] = [
     Kind::Bridged,
     Kind::Extended,
     Kind::Repaired,
@@ -15,6 +15,8 @@ pub const KINDS: [Kind; 8] = [
     Kind::Opened,
     Kind::Split,
     Kind::Pruned,
+    Kind::Corrected,
+    Kind::Uncorrected,
 ];
 
 /// What a kind means, for the legend.
@@ -28,6 +30,8 @@ pub fn about(kind: Kind) -> &'static str {
         Kind::Opened => "a closed way was opened",
         Kind::Split => "a piece was cut in two",
         Kind::Pruned => "a piece was left out",
+        Kind::Corrected => "a person's correction was applied",
+        Kind::Uncorrected => "a person's correction did not find its place",
     }
 }
 

@@ -2,6 +2,7 @@ use super::*;
 use crate::evaluation::{Place, Sight};
 use crate::optics::{Index, Tank, Vec3};
 use crate::report::lines::RootLine;
+use crate::roots::correction::Outcome;
 use crate::roots::repair::Kind;
 use crate::roots::traits::{TraitParams, per_root, traits};
 use crate::roots::{Repair, Root, TracedRoot};
@@ -47,6 +48,8 @@ fn html(name: &str, spread: Option<&Table>, warnings: &[Warning]) -> String {
         jpeg: vec![255, 216, 255, 217],
         lines: vec![RootLine { id: 0, strokes: vec![vec![10, 20, 30, 40]], clear_px: 2.8 }],
     };
+    let mut traced = traits(&plain, 10.0, &TraitParams::default());
+    traced.iter_mut().filter(|x| x.name == "total_root_length_mm").for_each(|x| x.value = 25.0);
     let settings = BTreeMap::from([("extract.high".to_owned(), "1.5".to_owned())]);
     Page {
         name,
@@ -67,6 +70,7 @@ fn html(name: &str, spread: Option<&Table>, warnings: &[Warning]) -> String {
             roots_score: None,
         },
         photographs: &[photo("a.jpg"), photo("b.jpg")],
+        corrections: Some(Corrected { outcomes: &outcomes(), traced: &traced }),
         provenance: Provenance {
             made_by: "rootvox run a.toml",
             again: "rootvox rerun results/a/study.lock",
@@ -78,6 +82,19 @@ fn html(name: &str, spread: Option<&Table>, warnings: &[Warning]) -> String {
     }
     .html()
     .unwrap()
+}
+
+fn outcomes() -> [Outcome; 2] {
+    let outcome = |kind: &str, applied, found: &str| Outcome {
+        kind: kind.into(),
+        applied,
+        place_mm: applied.then_some([1.0, 2.04, 3.0]),
+        found: found.into(),
+        by: "Ada <a@b>".into(),
+        when: "2026-05-01".into(),
+        note: String::new(),
+    };
+    [outcome("cut", true, "root of order 0"), outcome("remove", false, "no root within 1 mm")]
 }
 
 /// The page without plotly.js.
@@ -127,6 +144,20 @@ fn traits_stand_with_definition_and_uncertainty() {
     let page = own(&html("plant", Some(&crate::formats::tables::read("", spread.as_bytes()).unwrap()), &[]));
     assert!(page.contains("20 random halves"));
     assert!(page.contains("total_root_length_mm\">30</td><td class=\"n\">0.5</td><td class=\"n\">28 to 31</td>"));
+}
+
+#[test]
+fn corrections_stand_with_their_record_and_what_they_did() {
+    let page = own(&html("plant", None, &[]));
+    assert!(page.contains("2 corrections by a person, 1 applied"));
+    assert!(
+        page.contains("<td>cut</td><td>yes</td><td>1.0, 2.0, 3.0</td><td>root of order 0</td><td>Ada &lt;a@b&gt;</td>")
+    );
+    assert!(page.contains("<td>remove</td><td><strong>no</strong></td><td>–</td><td>no root within 1 mm</td>"));
+    let section = &page[page.find("id=\"corrections\"").unwrap()..];
+    let section = &section[..section.find("</section>").unwrap()];
+    assert!(section.contains("<td class=\"n\">25</td><td class=\"n\">30</td><td>mm</td>"));
+    assert_eq!(section.matches("<td class=\"n\">").count(), 2, "traits that did not change are left out");
 }
 
 #[test]

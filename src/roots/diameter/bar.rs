@@ -5,7 +5,7 @@
 //! taken as a pile of flat bars (`LAYERS`), so that the blur stays that of edges.
 
 /// ½ (1 + erf(x / √2)) to 1.2e-7 (rational approximation by Hastings; Abramowitz and Stegun 7.1.26).
-fn normal_below(x: f64) -> f64 {
+pub fn normal_below(x: f64) -> f64 {
     let z = x.abs() * std::f64::consts::FRAC_1_SQRT_2;
     let t = 1.0 / (1.0 + 0.327_591_1 * z);
     let series =

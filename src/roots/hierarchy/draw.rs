@@ -159,7 +159,8 @@ fn prune(
 ) -> Vec<bool> {
     let views = |p: &Point| p[5].max(0.0);
     let mut all: Vec<f64> = drawn.iter().flatten().map(views).collect();
-    let least_views = params.seen * median(&mut all);
+    // What the photographs need is no chance, be they few.
+    let least_views = if pieces.explained { 0.0 } else { params.seen * median(&mut all) };
     let mut keep = vec![true; grown.len()];
     let mut carried = vec![0_usize; grown.len()];
     grown.iter().filter_map(|g| g.parent).for_each(|p| carried[p] += 1);

@@ -2,7 +2,8 @@
 //!
 //! A ridge of the merged light need not be a root: chance, mirrors and the shadows of others leave short ones. A root is
 //! seen by most of the photographs that look at it unhindered; all looks along it count alike, be they few. A ridge that
-//! every photograph sees behind or before other roots only is explained by those.
+//! every photograph sees behind or before other roots only is explained by those, unless it was found that the photographs need it
+//! ([`crate::roots::explain`]).
 
 use super::HierarchyParams;
 use crate::optics::Vec3;
@@ -23,7 +24,7 @@ pub fn supported(pieces: &Pieces, params: &HierarchyParams, log: &mut Vec<Repair
     for (n, piece) in pieces.pieces.iter().enumerate() {
         let looks = pieces.looks.get(n).copied().unwrap_or_default();
         let (shown, points) = (looks.share(), &piece.root.points_mm);
-        if shown.unwrap_or(0.0) >= params.shown {
+        if shown.unwrap_or(if pieces.explained { 1.0 } else { 0.0 }) >= params.shown {
             number[n] = Some(kept.pieces.len());
             kept.pieces.push(piece.clone());
             kept.looks.push(looks);

@@ -4,6 +4,7 @@ use crate::roots::repair::Kind;
 use crate::roots::strand::End;
 use crate::roots::tie::Tie;
 use crate::roots::trace::{Looks, OutOfSight};
+use proptest::prelude::*;
 
 /// A piece through the corners with a point every 0.5 mm; each corner with its radius.
 fn piece(corners: &[([f64; 3], f64)]) -> TracedRoot {
@@ -35,6 +36,7 @@ fn pieces(pieces: Vec<TracedRoot>, ties: Vec<Tie>) -> Pieces {
         ties,
         out_of_sight: Vec::new(),
         repairs: Vec::new(),
+        explained: false,
     }
 }
 
@@ -262,4 +264,50 @@ fn spurs_and_specks_go_and_nothing_gives_nothing() {
     assert!(arrange(&pieces(Vec::new(), Vec::new()), &HierarchyParams::default()).unwrap().roots.is_empty());
     let faulty = HierarchyParams { bend_deg: f64::NAN, ..HierarchyParams::default() };
     assert!(arrange(&junction(), &faulty).is_err());
+}
+
+#[test]
+fn what_hangs_on_a_stub_is_not_lost() {
+    // The lateral springs 1.5 mm before the piece's end, on which the taproot's long rest hangs.
+    let top = piece(&[([0.0, 0.0, 20.0], 1.0), ([0.0, 0.0, 60.0], 1.0)]);
+    let lateral = piece(&[([0.0, 0.8, 58.5], 0.4), ([0.0, 15.0, 60.0], 0.4)]);
+    let rest = piece(&[([0.0, 0.0, 61.0], 0.9), ([0.0, 0.0, 110.0], 0.7)]);
+    let ties = vec![tie(1, End::First, 0, 77, 0.8), tie(2, End::First, 0, 80, 1.0)];
+    let system = arrange(&pieces(vec![top, lateral, rest], ties), &HierarchyParams::default()).unwrap();
+    assert_eq!(system.roots.len(), 2);
+    assert!((tip(&system.roots[0]) - Vec3::new(0.0, 0.0, 110.0)).norm() < 0.5);
+}
+
+proptest! {
+    #[test]
+    fn every_piece_is_in_a_root(
+        lengths in prop::collection::vec(2.0f64..40.0, 2..9),
+        hung in prop::collection::vec((0usize..9, 0.0f64..1.0, 0usize..4, 0.0f64..1.0), 9),
+    ) {
+        let straight = |(n, &mm): (usize, &f64)| {
+            let (sin, cos) = (2.4 * n as f64).sin_cos();
+            piece(&[([n as f64, 0.0, 20.0], 0.5), ([n as f64 + 0.6 * mm * cos, 0.6 * mm * sin, 20.0 + 0.8 * mm], 0.5)])
+        };
+        let all = pieces(lengths.iter().enumerate().map(straight).collect(), Vec::new());
+        let lines: Vec<Line<'_>> = all.pieces.iter().map(Line::new).collect();
+        // Many hang near ends.
+        let at = |line: &Line<'_>, share: f64| ((line.last() as f64) * share.powi(4)).round() as usize;
+        let hangs: Vec<attach::Hang> = (0..lines.len())
+            .map(|n| {
+                let (parent, share, side, own) = hung[n];
+                if n == 0 {
+                    return attach::Hang::Free;
+                }
+                let parent = parent % n;
+                let (knot, point) = (at(&lines[parent], share), at(&lines[n], own));
+                let parent_point = if side & 1 == 0 { knot } else { lines[parent].last() - knot };
+                let point = if side & 2 == 0 { point } else { lines[n].last() - point };
+                attach::Hang::On { parent, parent_point, point }
+            })
+            .collect();
+        let grown = walk::walk(&lines, 0, &hangs, &all, &HierarchyParams::default());
+        for n in 0..lines.len() {
+            prop_assert!(grown.iter().any(|g| g.parts.iter().any(|p| p.piece == n)), "piece {n} of {hangs:?}");
+        }
+    }
 }

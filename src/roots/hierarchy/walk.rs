@@ -58,6 +58,13 @@ struct Branch {
     towards: End,
 }
 
+impl Branch {
+    /// Whether a point of the piece lies on it.
+    fn leads_over(self, point: usize) -> bool {
+        if self.towards == End::Last { point >= self.from } else { point <= self.from }
+    }
+}
+
 /// A root that is still to be followed.
 struct Seed {
     branch: Branch,
@@ -134,8 +141,8 @@ impl Walker<'_> {
 
     /// What hangs on the branch and is not in use, nearest first.
     fn next_on(&self, b: Branch, used: &[bool]) -> Vec<(usize, usize, usize)> {
-        let ahead = |k: usize| if b.towards == End::Last { k >= b.from } else { k <= b.from };
-        let mut found: Vec<_> = self.hanging[b.piece].iter().filter(|h| ahead(h.0) && !used[h.1]).copied().collect();
+        let mut found: Vec<_> =
+            self.hanging[b.piece].iter().filter(|h| b.leads_over(h.0) && !used[h.1]).copied().collect();
         if b.towards == End::First {
             found.reverse();
         }
@@ -164,27 +171,38 @@ impl Walker<'_> {
                 return (parts, laterals);
             };
             // What springs within a radius springs from one place, and so does what hangs on it there: where several
-            // ridges meet, which one touches which is chance.
+            // ridges meet, which one touches which is chance. A stub at the piece's end is no way of its own, so what hangs
+            // on it springs here too.
             let width = line.radius_mm(knot).max(0.5 * self.stub_mm);
-            let near: Vec<_> =
-                hanging.into_iter().take_while(|h| (line.arc_mm[h.0] - line.arc_mm[knot]).abs() <= width).collect();
-            let far = near.last().map_or(knot, |h| h.0);
+            let end = self.end(at.piece, at.towards);
+            let goes_on = |from: usize| (line.arc_mm[end] - line.arc_mm[from]).abs() > self.stub_mm;
+            let mut count = hanging.partition_point(|h| (line.arc_mm[h.0] - line.arc_mm[knot]).abs() <= width);
+            if !goes_on(hanging[count - 1].0) {
+                count = hanging.len();
+            }
+            let near = &hanging[..count];
+            let far = near[count - 1].0;
             near.iter().for_each(|h| used[h.1] = true);
             let mut here: Vec<(Vec3, usize, usize)> = near.iter().map(|h| (line.at(h.0), h.1, h.2)).collect();
-            for &(_, piece, point) in &near {
+            let mut n = 0;
+            while let Some(&(_, piece, point)) = here.get(n) {
                 let child = &self.lines[piece];
+                let ways = self.branches(piece, point);
                 let close = |h: &&(usize, usize, usize)| {
-                    (child.arc_mm[h.0] - child.arc_mm[point]).abs() <= width + self.stub_mm && !used[h.1]
+                    let on_stub = !ways.iter().any(|way| way.leads_over(h.0));
+                    let beside = n < count && (child.arc_mm[h.0] - child.arc_mm[point]).abs() <= width + self.stub_mm;
+                    !used[h.1] && (beside || on_stub)
                 };
-                here.extend(self.hanging[piece].iter().filter(close).map(|h| (child.at(h.0), h.1, h.2)));
+                let found: Vec<_> =
+                    self.hanging[piece].iter().filter(close).map(|h| (child.at(h.0), h.1, h.2)).collect();
+                found.iter().for_each(|h| used[h.1] = true);
+                here.extend(found);
+                n += 1;
             }
-            here.iter().for_each(|h| used[h.1] = true);
             let mut ways: Vec<(Branch, Vec3)> =
                 here.iter().flat_map(|h| self.branches(h.1, h.2).into_iter().map(|b| (b, h.0))).collect();
-            let end = self.end(at.piece, at.towards);
             let own = Branch { from: far, ..at };
-            let goes_on = (line.arc_mm[end] - line.arc_mm[far]).abs() > self.stub_mm;
-            if goes_on {
+            if goes_on(far) {
                 ways.push((own, line.at(far)));
             }
             let incoming = self.incoming(&parts, Part { piece: at.piece, from: entered, to: knot });

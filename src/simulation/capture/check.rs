@@ -2,7 +2,7 @@
 
 use super::CaptureParams;
 use crate::error::{Error, Result};
-use crate::optics::Vec3;
+use crate::optics::{Distortion, Vec3};
 
 impl CaptureParams {
     /// Fails where a number is out of its range.
@@ -102,6 +102,24 @@ impl CaptureParams {
                 "give a direction",
             );
         }
+        for (i, other) in self.other_lens.iter().enumerate() {
+            let key = |name: &str| format!("other_lens[{i}].{name}");
+            let others = || self.other_lens[..i].iter().flat_map(|l| &l.views);
+            need(
+                other.views.iter().all(|v| *v < self.views && !others().any(|seen| seen == v)),
+                &key("views"),
+                &format!("{:?}", other.views),
+                "views are counted from 0, there are `views` of them, and each has one other lens at most",
+            );
+            need(
+                other.focal_35mm.is_finite() && other.focal_35mm > 0.0,
+                &key("focal_35mm"),
+                &other.focal_35mm,
+                "give a positive length in mm",
+            );
+            let numbers = other.principal_offset.iter().sum::<f64>() + sum(&other.distortion);
+            need(numbers.is_finite(), &key("distortion"), &numbers, "give finite numbers");
+        }
         need(
             self.sway_views.iter().all(|&v| v < self.views),
             "sway_views",
@@ -128,19 +146,23 @@ impl CaptureParams {
             &format!("{:?}", self.lamp_direction),
             "give a direction",
         );
-        let d = &self.distortion;
         for (key, x) in [
             ("roll_deg", self.roll_deg),
             ("pan_deg", self.pan_deg),
             ("height_mm", self.height_mm.unwrap_or(0.0)),
             ("tilt_deg", self.tilt_deg.unwrap_or(0.0)),
             ("principal_offset", self.principal_offset[0] + self.principal_offset[1]),
-            ("distortion", d.k1 + d.k2 + d.p1 + d.p2 + d.k3),
+            ("distortion", sum(&self.distortion)),
         ] {
             need(x.is_finite(), key, &x, "give a finite number");
         }
         Error::many(faults)
     }
+}
+
+/// Finite where all coefficients are.
+fn sum(distortion: &Distortion) -> f64 {
+    distortion.named().into_iter().map(|(_, value)| value).sum()
 }
 
 #[cfg(test)]

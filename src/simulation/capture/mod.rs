@@ -7,7 +7,7 @@
 mod check;
 mod params;
 
-pub use params::{CaptureParams, OtherLight, PictureFormat};
+pub use params::{CaptureParams, OtherLens, OtherLight, PictureFormat};
 
 use super::bump::Bump;
 use super::noise::{hash, uniform};
@@ -30,7 +30,7 @@ const STRAY_ROLL_DEG: f64 = 3.0;
 pub fn capture(params: &CaptureParams, tank: &Tank, seed: u64) -> Result<Vec<View>> {
     params.check()?;
     tank.check()?;
-    let lens = params.lens();
+    let lens = params.lens(0);
     let distance_mm = if params.distance_mm > 0.0 {
         params.distance_mm
     } else {
@@ -61,7 +61,7 @@ pub fn capture(params: &CaptureParams, tank: &Tank, seed: u64) -> Result<Vec<Vie
         // x_room = table + turn (x_tank - table);  x_cam = R (x_room - camera)
         let rotation = cam_from_room * turn;
         let translation_mm = cam_from_room * (table_mm - turn * table_mm - camera_mm);
-        let view = View { lens, rotation, translation_mm };
+        let view = View { lens: params.lens(i), rotation, translation_mm };
         views.push(match &bump {
             Some(bump) => bump.done(i, view),
             None => view,

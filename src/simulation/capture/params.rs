@@ -28,6 +28,20 @@ pub struct OtherLight {
     pub lamp_direction: Option<[f64; 3]>,
 }
 
+/// Views that are taken with another lens, or another camera, than the others; the picture's size is the same.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OtherLens {
+    /// Which, counted from 0.
+    pub views: Vec<usize>,
+    /// Focal length as on 35 mm film, mm.
+    pub focal_35mm: f64,
+    /// Principal point beside the picture's centre, shares of the picture's width (x, y).
+    pub principal_offset: [f64; 2],
+    /// Lens distortion.
+    pub distortion: Distortion,
+}
+
 fn unchanged() -> [f64; 3] {
     [1.0; 3]
 }
@@ -50,8 +64,12 @@ pub struct CaptureParams {
     pub focal_35mm: f64,
     /// Principal point beside the picture's centre, shares of the picture's width (x, y).
     pub principal_offset: [f64; 2],
-    /// Lens distortion, OpenCV's coefficients.
+    /// Lens distortion: k1, k2, p1, p2, k3 and others as OpenCV's; b1 the horizontal focal length less the vertical one,
+    /// px; `model = "fisheye"` with k1 to k4.
     pub distortion: Distortion,
+    /// Views through another lens.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub other_lens: Vec<OtherLens>,
     /// Horizontal distance of the camera from the tank's axis, mm; 0: so that the tank fills 88 % of the picture's
     /// height (or width).
     pub distance_mm: f64,
@@ -155,7 +173,8 @@ impl Default for CaptureParams {
             height: 648,
             focal_35mm: 36.0,
             principal_offset: [0.004, -0.004],
-            distortion: Distortion { k1: -0.08, k2: 0.04, p1: 4e-4, p2: -3e-4, k3: 0.0 },
+            distortion: Distortion { k1: -0.08, k2: 0.04, p1: 4e-4, p2: -3e-4, k3: 0.0, ..Distortion::default() },
+            other_lens: Vec::new(),
             distance_mm: 0.0,
             height_mm: None,
             tilt_deg: None,
@@ -203,16 +222,23 @@ impl Default for CaptureParams {
 }
 
 impl CaptureParams {
-    /// The lens.
-    pub fn lens(&self) -> Lens {
+    /// The lens of a view.
+    pub fn lens(&self, view: usize) -> Lens {
+        match self.other_lens.iter().find(|other| other.views.contains(&view)) {
+            Some(other) => self.lens_of(other.focal_35mm, other.principal_offset, other.distortion),
+            None => self.lens_of(self.focal_35mm, self.principal_offset, self.distortion),
+        }
+    }
+
+    fn lens_of(&self, focal_35mm: f64, principal_offset: [f64; 2], distortion: Distortion) -> Lens {
         let width = self.width as f64;
         Lens {
             width: self.width,
             height: self.height,
-            focal_px: self.focal_35mm / 36.0 * width,
-            cx: (width - 1.0) / 2.0 + self.principal_offset[0] * width,
-            cy: (self.height as f64 - 1.0) / 2.0 + self.principal_offset[1] * width,
-            distortion: self.distortion,
+            focal_px: focal_35mm / 36.0 * width,
+            cx: (width - 1.0) / 2.0 + principal_offset[0] * width,
+            cy: (self.height as f64 - 1.0) / 2.0 + principal_offset[1] * width,
+            distortion,
         }
     }
 }

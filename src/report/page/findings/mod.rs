@@ -122,6 +122,9 @@ fn remedy(stage: &str) -> &'static str {
         "sfm" | "sfm-known" | "sfm-mask" => {
             "Look at calibration/mask.png: it should show the printed belts and nothing that stands still. Take sharper or more photographs."
         }
+        "corrections" => {
+            "Look at the place in the 3D view, and name it anew in the file of corrections or take the entry out."
+        }
         "traits" => "See the thresholds trace.low and trace.high.",
         _ => "",
     }

@@ -12,11 +12,13 @@ tieRoots();
 tieGallery();
 tieViewer();
 drawLegend();
-tiePlots();
 const ready = () => (document.documentElement.dataset.ready = "yes");
-if (hasWebGL()) {
-  drawSpace().then(ready);
-} else {
+const drawRest = () => {
+  tiePlots();
+  if (hasWebGL()) return drawSpace().then(ready);
   document.body.classList.add("no-webgl");
-  ready();
-}
+  return ready();
+};
+sketchSpace();
+// Once the page is painted; a page in the background is drawn when somebody looks.
+requestAnimationFrame(() => setTimeout(drawRest));

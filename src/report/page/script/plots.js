@@ -16,6 +16,7 @@ function plot(id, traces, more, label, columns, rows) {
   const place = $(id);
   place.setAttribute("role", "img");
   place.setAttribute("aria-label", label);
+  startLibrary();
   Plotly.newPlot(place, traces, { ...PLOT, ...more }, { displayModeBar: false, responsive: true });
   const cell = (name, text) => make(name, name === "th" ? { scope: "col" } : {}, String(text));
   const head = make("thead", {}, make("tr", {}, ...columns.map((column) => cell("th", column))));

@@ -81,8 +81,17 @@ const layout = () => ({
   },
 });
 
+// The drawing from the side stands in the view's place until it is drawn.
+function sketchSpace() {
+  const side = document.querySelector("#space .paper svg").cloneNode(true);
+  side.setAttribute("aria-hidden", "true");
+  scene.append(make("div", { class: "sketch" }, side));
+}
+
 async function drawSpace() {
+  startLibrary();
   await Plotly.newPlot(scene, traces(), layout(), { displayModeBar: false, responsive: true, scrollZoom: true, doubleClick: false });
+  scene.querySelector(".sketch").remove();
   drawn = true;
   scene.on("plotly_hover", (event) => {
     under = found(event.points[0]);

@@ -1,0 +1,7 @@
+// plotly.js stands in the page as text and starts when it is first needed: words, tables, photographs and drawings do not wait for it.
+function startLibrary() {
+  if (window.Plotly) return;
+  const script = make("script", {});
+  script.textContent = $("plotly").textContent;
+  document.head.append(script);
+}

@@ -1,0 +1,125 @@
+//! Finds the root that a place means, or says why it cannot be told.
+
+use super::tree::Tree;
+use crate::optics::Vec3;
+use crate::roots::strand::End;
+
+/// Another root counts as about as near up to this factor, and within this distance, mm.
+const AS_NEAR: f64 = 2.0;
+const AS_NEAR_MM: f64 = 0.1;
+
+/// A point of a root near a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// Place of the root in the list.
+    pub root: usize,
+    /// Number of its point.
+    pub point: usize,
+    /// Distance from the place to the root's line, mm.
+    pub distance_mm: f64,
+}
+
+type Found<T> = std::result::Result<T, (Option<Vec3>, String)>;
+
+/// Distance from a place to a polyline, mm, and the nearer point of the nearest segment.
+pub fn nearest(line: &[[f64; 3]], at: &Vec3) -> (usize, f64) {
+    let mut best = (0, f64::INFINITY);
+    for k in 0..line.len() {
+        let a = Vec3::from(line[k]);
+        let b = Vec3::from(line[(k + 1).min(line.len() - 1)]);
+        let along = b - a;
+        let t = if along.norm_squared() > 0.0 {
+            ((at - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        let distance = (a + along * t - at).norm();
+        if distance < best.1 {
+            best = (if t < 0.5 { k } else { k + 1 }, distance);
+        }
+    }
+    best
+}
+
+impl Tree {
+    /// The root that runs through a place.
+    ///
+    /// # Errors
+    /// Where none does, or two are about as near.
+    pub fn on(&self, at: &Vec3, within_mm: f64) -> Found<Spot> {
+        self.on_other(at, within_mm, None)
+    }
+
+    /// The root through a place that is not `but`.
+    ///
+    /// # Errors
+    /// As [`Tree::on`].
+    pub fn on_other(&self, at: &Vec3, within_mm: f64, but: Option<usize>) -> Found<Spot> {
+        let spots = self.roots.iter().enumerate().filter(|&(n, _)| Some(n) != but).map(|(root, r)| {
+            let (point, distance_mm) = nearest(&r.root.points_mm, at);
+            Spot { root, point, distance_mm }
+        });
+        let (spot, second_mm) = pick(spots.collect(), at, within_mm, "root")?;
+        match second_mm {
+            Some(mm) => Err((
+                Some(*at),
+                format!(
+                    "two roots are {:.2} and {mm:.2} mm from ({:.1}, {:.1}, {:.1}); name a place where the root runs alone",
+                    spot.distance_mm, at.x, at.y, at.z
+                ),
+            )),
+            None => Ok(spot),
+        }
+    }
+
+    /// The end of a root at a place, and which it is.
+    ///
+    /// # Errors
+    /// As [`Tree::on`].
+    pub fn end_at(&self, at: &Vec3, within_mm: f64) -> Found<(Spot, End)> {
+        let mut ends = Vec::new();
+        for (root, r) in self.roots.iter().enumerate() {
+            for point in [0, r.root.points_mm.len() - 1] {
+                ends.push(Spot { root, point, distance_mm: (Vec3::from(r.root.points_mm[point]) - at).norm() });
+            }
+        }
+        let (spot, second_mm) = pick(ends, at, within_mm, "end of a root")?;
+        if let Some(mm) = second_mm {
+            let text = format!(
+                "two ends of roots are {:.2} and {mm:.2} mm from ({:.1}, {:.1}, {:.1})",
+                spot.distance_mm, at.x, at.y, at.z
+            );
+            return Err((Some(*at), text));
+        }
+        Ok((spot, if spot.point == 0 { End::First } else { End::Last }))
+    }
+
+    /// A root in words.
+    pub fn told(&self, spot: &Spot) -> String {
+        let root = &self.roots[spot.root].root;
+        format!(
+            "root of order {}, {:.1} mm long, {:.2} mm from the place",
+            root.order,
+            self.length_mm(spot.root),
+            spot.distance_mm
+        )
+    }
+}
+
+/// The nearest, and how far the second is where it is about as near.
+fn pick(mut all: Vec<Spot>, at: &Vec3, within_mm: f64, what: &str) -> Found<(Spot, Option<f64>)> {
+    all.sort_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm));
+    let near = all.first().copied().filter(|spot| spot.distance_mm <= within_mm);
+    let Some(spot) = near else {
+        let text = match all.first() {
+            Some(spot) => format!(
+                "no {what} within {within_mm} mm of ({:.1}, {:.1}, {:.1}); the nearest is {:.1} mm away",
+                at.x, at.y, at.z, spot.distance_mm
+            ),
+            None => "there is no root at all".to_owned(),
+        };
+        return Err((Some(*at), text));
+    };
+    let rival = all.get(1).map(|second| second.distance_mm);
+    Ok((spot, rival.filter(|mm| *mm <= (AS_NEAR * spot.distance_mm).max(AS_NEAR_MM))))
+}

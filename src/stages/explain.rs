@@ -1,0 +1,68 @@
+//! Judges the candidates for roots by what they account for in the photographs.
+//! In: pieces, evidence (undistorted) and cameras, each in the same order. Out: explained.json (stretches kept and left).
+
+use crate::error::{Error, Result};
+use crate::flow::{Inputs, Output, Progress, Stage};
+use crate::optics::{Tank, View, ViewMap};
+use crate::photo::Picture;
+use crate::photo::evidence::px_per_mm;
+use crate::roots::Pieces;
+use crate::roots::explain::{ExplainParams, Witness, explain};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Point spread of a photograph in focus, px: the pixel's own square, interpolated colours and a good lens.
+const SPREAD_PX: f64 = 0.45;
+
+/// The judgement with its parameters.
+#[derive(Debug, Clone, Serialize)]
+pub struct Explain {
+    /// The tank between roots and cameras.
+    pub tank: Tank,
+    /// Deviation of the evidence's smoothing, mm at the tank's axis.
+    pub blur_mm: f64,
+    /// How roots are judged.
+    #[serde(flatten)]
+    pub params: ExplainParams,
+}
+
+impl Stage for Explain {
+    const NAME: &'static str = "explain";
+    const VERSION: u32 = 1;
+
+    fn peak_bytes(&self) -> u64 {
+        // All photographs' evidence, and their looks at every bead.
+        2 << 30
+    }
+
+    fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
+        let pieces: Pieces = inputs.one("pieces")?.json("pieces.json")?;
+        let (evidence, cameras) = (inputs.many("evidence"), inputs.many("cameras"));
+        if evidence.len() != cameras.len() {
+            return Err(Error::failed(format!(
+                "evidence of {} photographs for {} cameras",
+                evidence.len(),
+                cameras.len()
+            )));
+        }
+        progress.total(2);
+        let seen: Vec<(ViewMap, Picture, f64)> = evidence
+            .par_iter()
+            .zip(cameras)
+            .map(|(evidence, camera)| {
+                let view = camera.json::<View>("view")?.ideal();
+                let spread_px = SPREAD_PX.hypot(self.blur_mm * px_per_mm(&view));
+                Ok((ViewMap::new(&view, &self.tank)?, super::read3(evidence, "photo")?, spread_px))
+            })
+            .collect::<Result<_>>()?;
+        progress.advance(1);
+        progress.check()?;
+        let witnesses: Vec<Witness<'_>> = seen
+            .iter()
+            .map(|(map, evidence, spread_px)| Witness { map, evidence: evidence.view(), spread_px: *spread_px })
+            .collect();
+        output.json("explained.json", &explain(&pieces.pieces, &witnesses, &self.params)?)?;
+        progress.advance(1);
+        Ok(())
+    }
+}
