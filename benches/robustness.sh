@@ -1,5 +1,5 @@
 #!/bin/sh
-# The robustness studies and their curves: runs pipelines/robustness.toml and, where COLMAP is installed,
+# The robustness studies and their curves: runs pipelines/robustness.toml, pipelines/dense.toml and, where COLMAP is installed,
 # pipelines/robustness-cameras.toml, and puts every study's curves, as SVG and as CSV, into docs/robustness/.
 #   sh benches/robustness.sh [PROGRAM [OPTIONS OF `rootvox run` ...]]
 set -e
@@ -9,8 +9,8 @@ rootvox=${1:-target/release/rootvox}
 results=$(mktemp -d)
 trap 'rm -rf "$results"' EXIT
 mkdir -p docs/robustness
-for study in robustness robustness-cameras; do
-    [ $study = robustness ] || command -v colmap > /dev/null || break
+for study in robustness dense robustness-cameras; do
+    [ $study != robustness-cameras ] || command -v colmap > /dev/null || break
     "$rootvox" run "pipelines/$study.toml" --results "$results" "$@"
     for folder in "$results"/robustness-*; do
         name=$(basename "$folder" | sed 's/^robustness-//')

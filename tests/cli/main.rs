@@ -6,6 +6,7 @@ mod capture;
 mod care;
 mod corrections;
 mod explain;
+mod explained;
 mod figure6;
 mod kill;
 mod photos;
