@@ -108,7 +108,7 @@ impl Evidence {
         let mut graph = Graph::new();
         let nodes = graph::add(&mut graph, &settings)?;
         let view = numbered(&nodes.photos, &self.view)?;
-        let Some(&wanted) = nodes.evidence_pictures.get(view) else {
+        let Some(&wanted) = nodes.shown()?.evidence_pictures.get(view) else {
             return Err(Error::usage("the study merges its photographs as they are: contrast.enabled is false")
                 .help("there is no share of root to show; leave contrast.enabled out"));
         };

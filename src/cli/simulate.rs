@@ -55,7 +55,7 @@ impl Simulate {
         let nodes = graph::add(&mut graph, &settings)?;
         let store = self.store.open()?;
         let display = Display::new(graph.labels());
-        let mut targets = nodes.photo_nodes.clone();
+        let mut targets = nodes.photo_nodes.to_vec();
         let capture = graph.find("capture")?;
         targets.push(capture);
         let report = Engine::new(&store)
@@ -71,7 +71,7 @@ impl Simulate {
         let fresh = tempfile::tempdir_in(parent).map_err(|e| Error::io("write into", parent, e))?;
         let images = fresh.path().join("images");
         fs::create_dir(&images).map_err(|e| Error::io("create", &images, e))?;
-        for (name, &node) in nodes.photos.iter().zip(&nodes.photo_nodes) {
+        for (name, &node) in nodes.photos.iter().zip(nodes.photo_nodes.iter()) {
             let to = images.join(name);
             fs::copy(report.artefact(node)?.path("file")?, &to).map_err(|e| Error::io("write", &to, e))?;
         }

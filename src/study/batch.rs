@@ -11,7 +11,8 @@
 use super::document::{Document, Sources};
 use super::graph;
 use super::nodes::StudyNodes;
-use super::settings::{Origin, Settings};
+use super::origin::Origin;
+use super::settings::Settings;
 use super::sweep::{Override, Section, ranges};
 use crate::error::{Error, Result};
 use crate::flow::{Graph, NodeId};
@@ -142,10 +143,10 @@ impl Batch {
             Settings::read(document, origin)
         };
         let read: Vec<Result<Settings>> = laid.into_par_iter().map(read).collect();
-        let mut points = Vec::with_capacity(read.len());
+        let (mut points, mut shared) = (Vec::with_capacity(read.len()), graph::Points::default());
         for (n, (settings, values)) in read.into_iter().zip(values).enumerate() {
             let planned = settings.and_then(|settings| {
-                let nodes = graph::add(&mut self.graph, &settings)?;
+                let nodes = shared.add(&mut self.graph, &settings)?;
                 Ok((settings, nodes))
             });
             points.push(Point { number: n + 1, values, planned });

@@ -242,6 +242,16 @@ pub(super) fn note<T: Serialize>(resolved: &mut Resolved, key: &str, section: &T
     Ok(table)
 }
 
+/// The values that counted, but those of some sections.
+pub(super) fn written_but(resolved: &Resolved, sections: &[&str]) -> String {
+    let counts = |name: &str| name.split_once('.').is_none_or(|(section, _)| !sections.contains(&section));
+    let mut text = String::new();
+    for (name, value) in resolved.iter().filter(|(name, _)| counts(name)) {
+        text.extend([name.as_str(), " = ", value, "\n"]);
+    }
+    text
+}
+
 /// The values of nested tables under dotted names.
 fn flatten(prefix: &str, table: toml::Table, into: &mut Resolved) {
     for (key, value) in table {

@@ -1,6 +1,8 @@
 //! The nodes of a study whose results people look at.
 
+use crate::error::{Error, Result};
 use crate::flow::NodeId;
+use std::sync::Arc;
 
 /// The nodes of cameras found in the photographs.
 #[derive(Debug, Clone)]
@@ -28,15 +30,19 @@ pub struct CorrectionNodes {
 #[derive(Debug, Clone)]
 pub struct StudyNodes {
     /// Name of each photograph, in capture order.
-    pub photos: Vec<String>,
+    pub photos: Arc<[String]>,
     /// The photographs themselves.
-    pub photo_nodes: Vec<NodeId>,
+    pub photo_nodes: Arc<[NodeId]>,
     /// What they say of themselves, where they are files.
     pub survey: Option<NodeId>,
     /// Lens and poses.
     pub cameras: NodeId,
     /// How they were found, where the photographs gave them.
     pub calibration: Option<CalibrationNodes>,
+    /// The merged volume.
+    pub merged: NodeId,
+    /// Its rootness.
+    pub rootness: NodeId,
     /// The extracted root voxels.
     pub extract: NodeId,
     /// The roots, corrected where a person did, with what is known of their points.
@@ -45,6 +51,21 @@ pub struct StudyNodes {
     pub traits: NodeId,
     /// What a person corrected.
     pub corrections: Option<CorrectionNodes>,
+    /// Pictures of a slice, where the study asks for one.
+    pub slices: Option<NodeId>,
+    /// The score of the root voxels, where the truth is known.
+    pub score: Option<NodeId>,
+    /// The score of the traced roots, where the truth is known.
+    pub roots_score: Option<NodeId>,
+    /// Errors of cameras and tank, where the capture was simulated.
+    pub camera_errors: Option<NodeId>,
+    /// What is shown of it; the points of a sweep show nothing.
+    pub shown: Option<Shown>,
+}
+
+/// The nodes of a study that people look at and no number rests on.
+#[derive(Debug, Clone)]
+pub struct Shown {
     /// The OME-Zarr image.
     pub volume: NodeId,
     /// Its labels.
@@ -61,16 +82,8 @@ pub struct StudyNodes {
     pub root_lines: Vec<NodeId>,
     /// How the traits vary over resampled views, where the study asks for it.
     pub spread: Option<NodeId>,
-    /// Pictures of a slice, where the study asks for one.
-    pub slices: Option<NodeId>,
     /// Pictures of what each photograph tells of roots, where the study asks for them.
-    pub evidence_pictures: Vec<NodeId>,
-    /// The score of the root voxels, where the truth is known.
-    pub score: Option<NodeId>,
-    /// The score of the traced roots, where the truth is known.
-    pub roots_score: Option<NodeId>,
-    /// Errors of cameras and tank, where the capture was simulated.
-    pub camera_errors: Option<NodeId>,
+    pub evidence_pictures: Arc<[NodeId]>,
 }
 
 impl StudyNodes {
@@ -85,18 +98,28 @@ impl StudyNodes {
         std::iter::once(self.traits).chain(self.roots_score).chain(self.corrections.as_ref().map(|c| c.traits))
     }
 
+    /// What is shown of a study that is no point of a sweep.
+    ///
+    /// # Errors
+    /// Of a point of a sweep.
+    pub fn shown(&self) -> Result<&Shown> {
+        self.shown.as_ref().ok_or_else(|| Error::failed("a point of a sweep has no pictures"))
+    }
+
     /// All nodes that a run brings up to date.
     pub fn targets(&self) -> Vec<NodeId> {
         let mut targets = self.numbers();
         targets.extend(self.measures());
-        targets.extend([self.volume, self.labels, self.sight]);
-        targets.extend(&self.overlays);
-        targets.extend(self.calibration.as_ref().map(|c| c.pictures));
-        targets.extend(&self.root_overlays);
-        targets.extend(&self.previews);
-        targets.extend(&self.root_lines);
-        targets.extend(&self.evidence_pictures);
-        targets.extend(self.spread);
+        if let Some(shown) = &self.shown {
+            targets.extend([shown.volume, shown.labels, shown.sight]);
+            targets.extend(&shown.overlays);
+            targets.extend(self.calibration.as_ref().map(|c| c.pictures));
+            targets.extend(&shown.root_overlays);
+            targets.extend(&shown.previews);
+            targets.extend(&shown.root_lines);
+            targets.extend(&*shown.evidence_pictures);
+            targets.extend(shown.spread);
+        }
         targets
     }
 }

@@ -40,6 +40,7 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
         let name = "trait_spread.csv";
         tables::read(name, &report.artefact(node)?.bytes(name)?)
     };
+    let shown = nodes.shown()?;
     let system: RootSystem = report.artefact(nodes.system)?.json("system.json")?;
     let named: Vec<NamedView> = report.artefact(nodes.cameras)?.json("cameras")?;
     let views = in_order(&nodes.photos, &named)?;
@@ -57,7 +58,7 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
         }
         None => None,
     };
-    let sight: Vec<Sight> = report.artefact(nodes.sight)?.json("sight")?;
+    let sight: Vec<Sight> = report.artefact(shown.sight)?.json("sight")?;
     let warnings = warnings(graph, nodes, report);
     let stages = stages(lock);
     let inputs: Vec<(String, String)> = lock
@@ -71,7 +72,7 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
         tank: &settings.tank,
         system: &system,
         traits: &tables::read_traits(&traits.bytes("traits.csv")?)?,
-        spread: nodes.spread.map(spread).transpose()?.as_ref(),
+        spread: shown.spread.map(spread).transpose()?.as_ref(),
         per_root: &table("per_root.csv")?,
         profile: &table("depth_profile.csv")?,
         evidence: Evidence {
@@ -117,7 +118,8 @@ fn in_order(photos: &[String], named: &[NamedView]) -> Result<Vec<View>> {
 
 fn photographs(nodes: &StudyNodes, report: &Report, views: &[View]) -> Result<Vec<Photograph>> {
     let directions = directions(views);
-    let made = nodes.previews.iter().zip(&nodes.root_lines);
+    let shown = nodes.shown()?;
+    let made = shown.previews.iter().zip(&shown.root_lines);
     nodes
         .photos
         .iter()

@@ -21,13 +21,10 @@ pub(super) struct Reconstruction {
     pub traits: NodeId,
 }
 
-/// A photograph's name, undistorted picture and camera.
-pub(super) type Seen<'a> = (&'a String, NodeId, NodeId);
-
 /// Photographs to reconstruct from; the lists run alike.
 pub(super) struct Photographs<'a> {
     pub files: &'a [NodeId],
-    pub seen: &'a [Seen<'a>],
+    pub cameras: &'a [NodeId],
     pub views: &'a [NodeId],
     /// What is behind the roots, where it is learned.
     pub background: &'a [NodeId],
@@ -52,32 +49,35 @@ pub(super) fn reconstruct(graph: &mut Graph, s: &Settings, from: &Photographs<'_
     let extract = graph.add(&name("extract"), extract, &[("ridges", &[ridges])]);
     let trace = Trace { grid: s.grid, params: s.trace.clone() };
     let ports = [("ridges", &[ridges][..]), ("rootness", &[rootness])];
-    let cameras: Vec<NodeId> = from.seen.iter().map(|v| v.2).collect();
     // What photographs need of the candidates is traced anew, so that nothing is joined over what they do not.
     let explained = (s.explain.enabled && !from.evidence.is_empty()).then(|| {
         let candidates = graph.add(&name("candidates"), trace.clone(), &ports);
         let stage = Explain { tank: s.tank.clone(), blur_mm: s.contrast.blur_mm, params: s.explain.clone() };
-        let ports = [("pieces", &[candidates][..]), ("evidence", from.evidence), ("cameras", &cameras)];
+        let ports = [("pieces", &[candidates][..]), ("evidence", from.evidence), ("cameras", from.cameras)];
         graph.add(&name("explain"), stage, &ports)
     });
     let ports = [ports[0], ports[1], ("explained", explained.as_slice())];
     let traced = graph.add(&name("trace"), trace, &ports);
     let pieces = if s.diameters.enabled {
         let diameters = Diameters { tank: s.tank.clone(), params: s.diameters.clone() };
-        let ports =
-            [("pieces", &[traced][..]), ("photos", from.files), ("cameras", &cameras), ("background", from.background)];
+        let ports = [
+            ("pieces", &[traced][..]),
+            ("photos", from.files),
+            ("cameras", from.cameras),
+            ("background", from.background),
+        ];
         graph.add(&name("diameters"), diameters, &ports)
     } else {
         traced
     };
     let hierarchy = Hierarchy { params: s.hierarchy.clone() };
     let system = graph.add(&name("hierarchy"), hierarchy, &[("pieces", &[pieces])]);
-    let traits = measured(graph, s, system, &name("traits"));
+    let traits = traits_of(graph, s, system, &name("traits"));
     Reconstruction { merged, rootness, extract, system, traits }
 }
 
 /// The traits of a system.
-pub(super) fn measured(graph: &mut Graph, s: &Settings, system: NodeId, name: &str) -> NodeId {
+pub(super) fn traits_of(graph: &mut Graph, s: &Settings, system: NodeId, name: &str) -> NodeId {
     let traits = Traits { water_level_mm: s.tank.water_level_mm, study: s.name.clone(), params: s.traits.clone() };
     graph.add(name, traits, &[("system", &[system])])
 }

@@ -39,20 +39,21 @@ pub fn write(results_dir: &Path, batch: &Batch, study: &Study, report: &Report, 
         let (_, nodes) = point.planned.as_ref().map_err(Clone::clone)?;
         put_numbers(&fresh, "", nodes, report)?;
         put_roots(&fresh, "", nodes, report)?;
-        fresh.put(report, nodes.volume, "volume.ome.zarr", "volume.ome.zarr")?;
-        fresh.put(report, nodes.labels, "labels", "volume.ome.zarr/labels")?;
-        for ((photo, &overlay), &roots) in nodes.photos.iter().zip(&nodes.overlays).zip(&nodes.root_overlays) {
+        let shown = nodes.shown()?;
+        fresh.put(report, shown.volume, "volume.ome.zarr", "volume.ome.zarr")?;
+        fresh.put(report, shown.labels, "labels", "volume.ome.zarr/labels")?;
+        for ((photo, &overlay), &roots) in nodes.photos.iter().zip(&shown.overlays).zip(&shown.root_overlays) {
             fresh.put(report, overlay, "overlay.jpg", &overlay_path(photo, ""))?;
             fresh.put(report, roots, "roots.jpg", &overlay_path(photo, "-roots"))?;
             fresh.put(report, roots, "orders.jpg", &overlay_path(photo, "-orders"))?;
         }
-        for (photo, &pictures) in nodes.photos.iter().zip(&nodes.evidence_pictures) {
+        for (photo, &pictures) in nodes.photos.iter().zip(shown.evidence_pictures.iter()) {
             for kind in evidence_pictures::KINDS {
                 let to = format!("evidence/{}-{kind}.png", stem(photo));
                 fresh.put(report, pictures, &format!("{kind}.png"), &to)?;
             }
         }
-        if let Some(spread) = nodes.spread {
+        if let Some(spread) = shown.spread {
             fresh.put(report, spread, "trait_spread.csv", "trait_spread.csv")?;
         }
         put_calibration(&fresh, nodes, report)?;
@@ -111,7 +112,7 @@ fn put_calibration(fresh: &Fresh, nodes: &StudyNodes, report: &Report) -> Result
         fresh.put(report, c.mask, name, &format!("calibration/{name}"))?;
     }
     fresh.put(report, c.pictures, "ring.svg", "calibration/ring.svg")?;
-    for photo in &nodes.photos {
+    for photo in nodes.photos.iter() {
         let name = outline_name(photo);
         fresh.put(report, c.pictures, &name, &format!("calibration/{name}"))?;
     }

@@ -1,11 +1,12 @@
 //! A study as its file says it, checked: every section typed, every default written out.
 
 use super::clean_path::clean;
-use super::document::{Document, Resolved, Sources, note};
+use super::document::{Document, Resolved, Sources, note, written_but};
 use super::inputs::{
     CameraSource, Cameras, CorrectionsSection, GridSection, Photos, StudySection, TankSection, TrueTank, Truth,
 };
-use super::photographs::{self, Found};
+use super::origin::Origin;
+use super::photographs::Found;
 use super::render::RenderSection;
 use super::scale;
 use crate::calibration::RegisterParams;
@@ -149,29 +150,6 @@ pub struct Settings {
     pub resolved: Resolved,
 }
 
-/// What a study's file decides by where it lies.
-pub(super) struct Origin {
-    /// Name of a study that does not say its own.
-    name: String,
-    /// Folder that `photos.dir` starts from.
-    base: PathBuf,
-    /// Folder that `corrections.file` starts from.
-    corrections: PathBuf,
-}
-
-impl Origin {
-    /// A folder named on the command line starts from where the user stands, one named in the file from the file.
-    pub(super) fn of(path: &Path, overrides: &[String]) -> Self {
-        let start = |setting: &str| {
-            let from_command = overrides.iter().any(|o| o.trim_start().starts_with(setting));
-            let folder = if from_command { Path::new(".") } else { path.parent().unwrap_or(Path::new(".")) };
-            folder.to_owned()
-        };
-        let name = path.file_stem().map_or("study".into(), |s| s.to_string_lossy().into());
-        Self { name, base: start("photos.dir"), corrections: start("corrections.file") }
-    }
-}
-
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
     "study",
@@ -213,6 +191,11 @@ impl Settings {
             file.take_table(left_out);
         }
         Self::read(file, &Origin::of(path, overrides))
+    }
+
+    /// Every value that counted, but those of some sections.
+    pub(super) fn resolved_but(&self, sections: &[&str]) -> String {
+        written_but(&self.resolved, sections)
     }
 
     /// Reads the sections of `file`.
@@ -278,7 +261,7 @@ impl Settings {
 
         let input_dir = clean(&origin.base.join(&photos.dir));
         // A folder that is not there is told of before the files in it.
-        let found = if simulated { Found::default() } else { photographs::find(&input_dir, &photos)? };
+        let found = if simulated { Found::default() } else { origin.photographs(&input_dir, &photos)? };
         let mut notes: Vec<String> = found.note().into_iter().collect();
         let tank = tank.resolve(&input_dir)?;
         let true_tank = simulate.tank.resolve(&tank)?;
@@ -289,7 +272,8 @@ impl Settings {
         let spacing_mm = match grid.spacing {
             Some(spacing_mm) => spacing_mm,
             None => {
-                let scale = scale::of(&source, &cameras, &input_dir, &tank, depth_mm)?;
+                let make = || scale::of(&source, &cameras, &input_dir, &tank, depth_mm);
+                let scale = origin.scale(&resolved, make)?;
                 rootness.check(scale.spacing_mm)?;
                 notes.push(scale.reason);
                 note(&mut resolved, "grid", &GridSection { spacing: Some(scale.spacing_mm), ..grid })?;

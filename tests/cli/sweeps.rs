@@ -2,6 +2,8 @@
 
 use super::capture::{Capture, rootvox, stderr};
 use super::runs::{computed, ran};
+use rootvox::study::batch::Batch;
+use rootvox::study::graph;
 use std::fs;
 
 const SWEEP: &str = "[sweep]\n\"rootness.gamma23, rootness.gamma12\" = [[0.5, 0.5], [1.0, 1.0]]\n\
@@ -46,6 +48,41 @@ fn points_share_what_they_have_in_common() {
     capture.edit("study.toml", SWEEP, "");
     let one = stderr(&mut capture.run(&["--set", "extract.high=1.5"]));
     assert!(one.contains("volume: ") && !one.contains("extract: "), "{one}");
+}
+
+#[test]
+fn points_are_the_studies_of_their_settings_and_add_only_what_differs() {
+    let capture = Capture::new();
+    let swept =
+        |sweep: String| Batch::load(&capture.path("study.toml"), &[format!("sweep.{sweep}")]).expect("is sound");
+    for sweep in [
+        "tank.water_level=[4.0, 6.0]",
+        "grid.spacing=[1.0, 1.5]",
+        "render.sampling=[\"point\", \"footprint\"]",
+        "contrast.window_mm=[10.0, 15.0]",
+        "merge.quantile=[0.1, 0.3]",
+        "rootness.alpha=[0.25, 0.5]",
+        "extract.high=[1.0, 1.5]",
+        "trace.high=[1.0, 1.5]",
+        "explain.enabled=[true, false]",
+        "explain.share=[0.06, 0.1]",
+        "\"traits.layer_mm\"=[5.0, 10.0]",
+        "report.slice=[20.0, 30.0]",
+        "diameters.enabled=[true, false]",
+    ] {
+        let Batch { mut graph, studies } = swept(sweep.to_owned());
+        let labels = graph.labels();
+        assert!(!labels.iter().any(|l| l.contains("overlay") || l == "volume"), "{sweep}: {labels:?}");
+        for point in &studies[0].points {
+            let (settings, nodes) = point.planned.as_ref().expect("is sound");
+            let alone = graph::add(&mut graph, settings).expect("is sound");
+            // The same work in one graph is the same node.
+            assert_eq!((nodes.numbers(), nodes.system), (alone.numbers(), alone.system), "{sweep}");
+            assert_eq!(nodes.measures().collect::<Vec<_>>(), alone.measures().collect::<Vec<_>>(), "{sweep}");
+        }
+    }
+    let nodes = |points: usize| swept(format!("extract.high={{ from = 1, to = {points} }}")).graph.nodes().count();
+    assert_eq!(nodes(40) - nodes(10), 30);
 }
 
 #[test]

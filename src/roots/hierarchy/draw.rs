@@ -180,7 +180,9 @@ fn prune(
             }
             Some(parent) if grown[r].tied => {
                 let radius = nearest(&drawn[parent], &grown[r].place).1;
-                let beyond = points.last().map_or(0.0, |tip| nearest(&drawn[parent], &curve::position(tip)).0) - radius;
+                // Its farthest point, not its tip: a root may come back to the one that it hangs on.
+                let away = |p: &Point| nearest(&drawn[parent], &curve::position(p)).0;
+                let beyond = points.iter().map(away).fold(0.0, f64::max) - radius;
                 let least = (params.spur_radii * radius).max(pieces.link_mm);
                 (beyond < least).then(|| {
                     format!("a spur: {beyond:.1} mm beyond its parent's surface, under {least:.1} mm (radius {radius:.2} mm)")

@@ -267,6 +267,17 @@ fn spurs_and_specks_go_and_nothing_gives_nothing() {
 }
 
 #[test]
+fn a_root_that_comes_back_to_the_one_that_it_hangs_on_is_no_spur() {
+    let mut all = junction();
+    let back = [[-1.0, 0.0, 40.0], [-20.0, 0.0, 45.0], [-20.0, 0.0, 55.0], [-1.5, 0.0, 60.0]];
+    all.pieces.push(piece(&back.map(|p| (p, 0.3))));
+    all.ties.push(tie(3, End::First, 0, 40, 1.0));
+    all.looks.push(all.looks[0]);
+    let system = arrange(&all, &HierarchyParams::default()).unwrap();
+    assert_eq!(system.roots.len(), 4);
+}
+
+#[test]
 fn what_hangs_on_a_stub_is_not_lost() {
     // The lateral springs 1.5 mm before the piece's end, on which the taproot's long rest hangs.
     let top = piece(&[([0.0, 0.0, 20.0], 1.0), ([0.0, 0.0, 60.0], 1.0)]);
