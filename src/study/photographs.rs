@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub struct Found {
     /// The photographs, in capture order.
     pub paths: Vec<PathBuf>,
-    /// Names of files that match but that no camera wrote ([`is_dropping`]).
+    /// Names of files that match but that no camera wrote (`is_dropping`).
     pub left_out: Vec<String>,
 }
 

@@ -1,13 +1,13 @@
 //! The corrections that make wanted roots of traced ones: what a person changed in another program.
 //!
-//! Every point of a traced root belongs to the wanted root nearest to it, or to none where none is within [`NEAR_MM`]; stretches
-//! shorter than [`LEAST_MM`] go with their neighbours. In this order
+//! Every point of a traced root belongs to the wanted root nearest to it, or to none where none is within `NEAR_MM`; stretches
+//! shorter than `LEAST_MM` go with their neighbours. In this order
 //!
 //! 1. roots are cut where they go over from one wanted root to another, and stretches that belong to none go;
 //! 2. stretches of wanted roots that no traced root follows are added;
 //! 3. pieces of one wanted root are joined in their order along it;
 //! 4. roots that spring from another root than wanted are hung on theirs;
-//! 5. what runs on past a wanted tip by [`TIP_MM`] goes;
+//! 5. what runs on past a wanted tip by `TIP_MM` goes;
 //! 6. roots that belong to none go.
 //!
 //! Each step works on what the one before left, as the corrections will. What a place cannot tell apart (two roots as near) is tried a
@@ -27,7 +27,7 @@ use rstar::primitives::GeomWithData;
 const NEAR_MM: f64 = 1.5;
 /// Shorter stretches are not told from chance, mm.
 const LEAST_MM: f64 = 4.0;
-/// A tip this much farther than [`NEAR_MM`] from where it is wanted is another, mm.
+/// A tip this much farther than `NEAR_MM` from where it is wanted is another, mm.
 const TIP_MM: f64 = 0.5;
 /// Spacing of the points that wanted roots are sought by, mm.
 const STEP_MM: f64 = 0.25;

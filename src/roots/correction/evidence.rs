@@ -1,6 +1,6 @@
 //! Moves an added line onto the evidence: the crest of the rootness across it.
 //!
-//! Noise has crests too, everywhere. One counts only from [`FLOOR`] times the median rootness along the traced roots on, so that a
+//! Noise has crests too, everywhere. One counts only from `FLOOR` times the median rootness along the traced roots on, so that a
 //! line over empty water stays where it was drawn.
 
 use crate::optics::Vec3;
