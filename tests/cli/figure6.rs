@@ -83,7 +83,7 @@ fn a_parameter_enters_the_keys_of_the_stages_that_read_it_alone() {
     for (set, stages) in [
         ("render.sampling=point", &["render"][..]),
         ("contrast.window_mm=3.0", &["background", "evidence"]),
-        ("contrast.blur_mm=0.3", &["evidence"]),
+        ("contrast.blur_mm=0.3", &["evidence", "explain"]),
         ("merge.tolerance=0.01", &["merge"]),
         ("rootness.gamma23=1.0", &["rootness"]),
         ("extract.high=1.5", &["extract"]),
