@@ -7,7 +7,7 @@ use super::background::room;
 use super::{four, slabs};
 use crate::error::Result;
 use crate::flow::{Inputs, Output, Progress, Stage};
-use crate::volume::rootness::{self, Stream, gray, scale_for};
+use crate::volume::rootness::{self, Stream, gray, scales_for};
 use serde::Serialize;
 
 /// Rootness with its parameters.
@@ -22,7 +22,7 @@ pub struct Rootness {
 
 impl Stage for Rootness {
     const NAME: &'static str = "rootness";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn peak_bytes(&self) -> u64 {
         // A slab, the planes within the kernels' reach, and three shards.
@@ -42,7 +42,7 @@ impl Stage for Rootness {
                 [background, ..] => room(background)?.root_width_mm,
                 [] => None,
             };
-            params.sigma.push(scale_for(width_mm, self.spacing_mm));
+            params.sigma.extend(scales_for(width_mm, self.spacing_mm));
         }
         output.json("sigma_mm", &params.sigma)?;
         let mut stream = Stream::new([shape[0], shape[1], shape[2]], self.spacing_mm, &params)?;

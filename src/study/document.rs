@@ -62,7 +62,13 @@ impl Sources {
         let pad = " ".repeat(self.text.len());
         let mut line = format!("{pad}{path} = {value}");
         if value.is_empty() || DeTable::parse(&line).is_err() {
-            line = format!("{pad}{path} = {}", toml::Value::String(value.to_owned()));
+            // TOML wants figures on both sides of the point, people do not.
+            let bare = value.trim_start_matches(['+', '-']);
+            let number = value.parse::<f64>().ok().filter(|_| bare.starts_with('.') || bare.ends_with('.'));
+            line = number.map_or_else(
+                || format!("{pad}{path} = {}", toml::Value::String(value.to_owned())),
+                |number| format!("{pad}{path} = {number:?}"),
+            );
             DeTable::parse(&line).map_err(|e| bad(e.message()))?;
         }
         self.text.push_str(line.trim_start());
@@ -310,6 +316,13 @@ mod tests {
         assert_eq!(e, Extract { low: 0.1, high: 0.5 });
         let resolved: Vec<_> = resolved.iter().map(|(k, v)| format!("{k} = {v}")).collect();
         assert_eq!(resolved, ["extract.high = 0.5", "extract.low = 0.1"]);
+    }
+
+    #[test]
+    fn an_override_may_leave_out_figures_beside_the_point() {
+        let (e, r) = read("", &["extract.low=-.25", "extract.high=3."]);
+        r.unwrap();
+        assert_eq!(e, Extract { low: -0.25, high: 3.0 });
     }
 
     #[test]

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 #[serde(default, deny_unknown_fields)]
 pub struct Rootness {
     /// Standard deviations of the Gaussian, mm, each at least 0.4 voxels (narrower ones cannot be sampled) and at most 20.
-    /// Left empty, one that suits the roots' width as the photographs show it ([`scale_for`]).
+    /// Left empty, two that suit the roots' width as the photographs show it ([`scales_for`]).
     pub sigma: Vec<f64>,
     /// γ23 of equation 16, see [`Sato`].
     pub gamma23: f64,
@@ -75,11 +75,13 @@ impl Rootness {
 /// Width, in standard deviations, that a Gaussian has whose area is spread evenly at its height: √(2π).
 const EQUIVALENT: f64 = 2.506_628_274_631;
 
-/// Scale, mm, for roots of that width in the photographs, mm: a line with a Gaussian profile of deviation s answers most at
-/// σ = s (σ² s² / (s² + σ²)² is greatest there). Not under a voxel, where derivatives are coarse; a voxel where no width is known.
-pub fn scale_for(width_mm: Option<f64>, spacing_mm: f64) -> f64 {
+/// Scales, mm, for roots of that width in the photographs, mm: a line with a Gaussian profile of deviation s answers most at
+/// σ = s (σ² s² / (s² + σ²)² is greatest there). Not under a voxel, where derivatives are coarse; a voxel where no width is
+/// known. And twice that: main roots are thicker than the typical one, and on a thick root's flat top a small scale sees several lines.
+pub fn scales_for(width_mm: Option<f64>, spacing_mm: f64) -> [f64; 2] {
     let hundredths = |mm: f64| (100.0 * mm).round() / 100.0;
-    hundredths(width_mm.unwrap_or(0.0) / EQUIVALENT).max(spacing_mm).min(10.0 * spacing_mm)
+    let typical = hundredths(width_mm.unwrap_or(0.0) / EQUIVALENT).max(spacing_mm).min(10.0 * spacing_mm);
+    [typical, 2.0 * typical]
 }
 
 /// Rootness of some planes.
@@ -324,6 +326,9 @@ mod tests {
 
     #[test]
     fn the_scale_follows_the_roots_width_but_not_under_a_voxel() {
-        assert_eq!([scale_for(Some(1.5), 0.4), scale_for(Some(0.5), 0.4), scale_for(None, 0.4)], [0.6, 0.4, 0.4]);
+        assert_eq!(
+            [Some(1.5), Some(0.5), None].map(|width| scales_for(width, 0.4)),
+            [[0.6, 1.2], [0.4, 0.8], [0.4, 0.8]]
+        );
     }
 }
