@@ -125,7 +125,6 @@ pub struct Pieces {
     /// Longest link between neighbouring ridge points, mm: what is closer touches.
     pub link_mm: f64,
     /// Whether the photographs need each of them ([`super::explain`]).
-    #[serde(default)]
     pub explained: bool,
     /// What the photographs say of each piece; empty where none was asked.
     pub looks: Vec<Looks>,

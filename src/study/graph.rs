@@ -1,6 +1,7 @@
 //! A study's settings as a graph of nodes: what is computed from what.
 
 use super::nodes::{CorrectionNodes, StudyNodes};
+use super::origin::MEASURING;
 use super::reconstruct::{Reconstruction, reconstruct, traits_of};
 use super::settings::{Settings, Source};
 use super::shown::shown;
@@ -46,22 +47,6 @@ impl Points {
         measured(graph, s, from)
     }
 }
-
-/// Sections that decide nothing about the views' volumes and what they are made of.
-const MEASURING: &[&str] = &[
-    "study",
-    "merge",
-    "rootness",
-    "suppress",
-    "extract",
-    "trace",
-    "explain",
-    "diameters",
-    "hierarchy",
-    "corrections",
-    "traits",
-    "overlay",
-];
 
 /// Adds what is measured: from the views' volumes to the numbers.
 ///

@@ -49,15 +49,13 @@ impl Origin {
 
     /// The scale of a study with these values, found by `find` the first time.
     pub fn scale(&self, resolved: &Resolved, find: impl FnOnce() -> Result<Scale>) -> Result<Scale> {
-        remembered(&self.scales, written_but(resolved, NO_SCALE), find)
+        remembered(&self.scales, written_but(resolved, &[MEASURING, SHOWING].concat()), find)
     }
 }
 
-/// Sections that decide nothing about the voxels' edge.
-const NO_SCALE: &[&str] = &[
+/// Sections that decide nothing about the views' volumes and what they are made of.
+pub(super) const MEASURING: &[&str] = &[
     "study",
-    "render",
-    "contrast",
     "merge",
     "rootness",
     "suppress",
@@ -69,9 +67,10 @@ const NO_SCALE: &[&str] = &[
     "corrections",
     "traits",
     "overlay",
-    "report",
-    "truth",
 ];
+
+/// Sections that besides these decide nothing about the voxels' edge.
+const SHOWING: &[&str] = &["render", "contrast", "report", "truth"];
 
 /// The value of that key, made the first time.
 fn remembered<K: Ord, V: Clone>(known: &Mutex<BTreeMap<K, V>>, key: K, make: impl FnOnce() -> Result<V>) -> Result<V> {

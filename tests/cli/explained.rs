@@ -56,6 +56,8 @@ fn few_thick_roots_leave_no_ghosts() {
     assert!(precision >= 0.99, "false length: precision {precision}");
     assert!(recall >= 0.97, "recall {recall}");
     // The same capture without the judgement: the setting means what it says.
-    let (judged_by_votes, _) = scored(folder.path(), "votes", &["--set", "explain.enabled=false"]);
-    assert!(judged_by_votes <= precision, "{judged_by_votes} by votes, {precision} explained");
+    let (by_votes, _) = scored(folder.path(), "votes", &["--set", "explain.enabled=false"]);
+    assert!(by_votes <= precision, "{by_votes} by votes, {precision} explained");
+    let roots = |name: &str| fs::read(folder.path().join(name).join("thick/roots.csv")).expect("roots");
+    assert!(roots("votes") != roots("explained"), "the setting changes nothing");
 }
