@@ -1,9 +1,9 @@
 //! `rootvox corrections`: corrections of a study's roots, as a file.
 
+use super::computed::computed;
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
-use super::progress::Display;
 use crate::error::{Error, Result};
-use crate::flow::{Engine, Graph};
+use crate::flow::Graph;
 use crate::formats::{corrections_toml, rsml};
 use crate::roots::RootSystem;
 use crate::roots::correction::Correction;
@@ -74,14 +74,7 @@ impl FromRsml {
         let mut graph = Graph::new();
         let nodes = graph::add(&mut graph, &settings)?;
         let traced = nodes.corrections.as_ref().map_or(nodes.system, |c| c.traced);
-        let display = Display::new(graph.labels());
-        let report = Engine::new(&self.store.open()?)
-            .threads(self.machine.threads())
-            .memory_bytes(self.machine.memory_bytes())
-            .cancel(super::cancel::flag()?)
-            .on_event(|event| display.show(event))
-            .run(&graph, &[traced])?;
-        display.finish();
+        let report = computed(&graph, &[traced], &self.store, &self.machine)?;
         let system: RootSystem = report.artefact(traced)?.json("system.json")?;
         let changes = difference(&system.roots, &reading.roots, settings.corrections.params())?;
         let (by, when) = (self.by.clone(), jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string());

@@ -1,10 +1,10 @@
 //! `rootvox export`: single pictures, or the cameras, out of a study.
 
+use super::computed::computed;
 use super::export_cameras::Cameras;
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
-use super::progress::Display;
 use crate::error::{Error, Result};
-use crate::flow::{Engine, Graph, Inputs, NodeId, Report};
+use crate::flow::{Graph, Inputs};
 use crate::formats::picture;
 use crate::stages::evidence_pictures::KINDS;
 use crate::stages::render::Render;
@@ -126,25 +126,6 @@ fn numbered(photos: &[String], view: &str) -> Result<usize> {
         Error::usage(format!("the study has no photograph `{view}`"))
             .help(format!("its photographs are {}", photos.join(", ")))
     })
-}
-
-/// Brings nodes up to date, showing how far they are.
-pub(super) fn computed(
-    graph: &Graph,
-    wanted: &[NodeId],
-    store: &StoreOptions,
-    machine: &MachineOptions,
-) -> Result<Report> {
-    let store = store.open()?;
-    let display = Display::new(graph.labels());
-    let report = Engine::new(&store)
-        .threads(machine.threads())
-        .memory_bytes(machine.memory_bytes())
-        .cancel(super::cancel::flag()?)
-        .on_event(|event| display.show(event))
-        .run(graph, wanted)?;
-    display.finish();
-    Ok(report)
 }
 
 impl Slice {

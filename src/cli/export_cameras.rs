@@ -1,6 +1,6 @@
 //! `rootvox export cameras`: lens and poses of a study for other programs.
 
-use super::export::computed;
+use super::computed::computed;
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
 use crate::error::{Error, Result};
 use crate::flow::Graph;

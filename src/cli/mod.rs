@@ -8,6 +8,7 @@ mod cache;
 mod cancel;
 mod check;
 pub mod complaint;
+mod computed;
 mod corrections;
 mod doctor;
 mod evaluate;

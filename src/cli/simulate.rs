@@ -1,9 +1,9 @@
 //! `rootvox simulate`: grow a root system and photograph it through a tank.
 
+use super::computed::computed;
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
-use super::progress::Display;
 use crate::error::{Error, Result};
-use crate::flow::{Engine, Graph};
+use crate::flow::Graph;
 use crate::formats::{NamedView, cameras_json, roots_json, rsml, tables, tank_json};
 use crate::roots::traits::traits;
 use crate::roots::{Root, TracedRoot};
@@ -53,18 +53,10 @@ impl Simulate {
         }
         let mut graph = Graph::new();
         let nodes = graph::add(&mut graph, &settings)?;
-        let store = self.store.open()?;
-        let display = Display::new(graph.labels());
         let mut targets = nodes.photo_nodes.to_vec();
         let capture = graph.find("capture")?;
         targets.push(capture);
-        let report = Engine::new(&store)
-            .threads(self.machine.threads())
-            .memory_bytes(self.machine.memory_bytes())
-            .cancel(super::cancel::flag()?)
-            .on_event(|event| display.show(event))
-            .run(&graph, &targets)?;
-        display.finish();
+        let report = computed(&graph, &targets, &self.store, &self.machine)?;
 
         let parent = self.out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         fs::create_dir_all(parent).map_err(|e| Error::io("create", parent, e))?;
