@@ -66,6 +66,25 @@ enum Action {
         #[arg(long, value_name = "STUDY", num_args = 1.., requires = "repair")]
         study: Vec<PathBuf>,
     },
+    /// Send a study's nodes to a store that others can read from; what is there already is not sent again.
+    Push {
+        #[command(flatten)]
+        store: StoreOptions,
+        /// The study file, or the study.lock of its results.
+        study: PathBuf,
+        /// s3://BUCKET/PREFIX (credentials: the AWS_ variables), or a folder, such as one that a web server shows.
+        dest: String,
+    },
+    /// Fetch a study's nodes, and verify them; what is here already is not fetched again.
+    Pull {
+        /// Folder of the store.
+        #[arg(long, value_name = "DIR", env = "ROOTVOX_CACHE", default_value = "cache")]
+        cache: PathBuf,
+        /// The study file, or the study.lock of its results.
+        study: PathBuf,
+        /// https://HOST/PATH, s3://BUCKET/PREFIX, or a folder that was pushed to.
+        from: String,
+    },
     /// Make the store smaller. Whatever goes is computed again when asked for.
     Gc {
         #[command(flatten)]
@@ -138,6 +157,8 @@ impl Cache {
                 by_study(&store, &reaches)?;
             }
             Action::Verify { store, repair, study } => super::verify::verify(&store.existing()?, *repair, study)?,
+            Action::Push { store, study, dest } => super::cache_share::push(&store.existing()?, study, dest)?,
+            Action::Pull { cache, study, from } => super::cache_share::pull(cache, study, from)?,
             Action::Gc { store, keep, older_than, reachable, dry_run } => {
                 if keep.is_none() && older_than.is_none() && reachable.is_empty() {
                     return Err(Error::usage("cache gc: nothing says what may go").help(

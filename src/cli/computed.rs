@@ -21,5 +21,6 @@ pub(super) fn computed(
         .on_event(|event| display.show(event))
         .run(graph, wanted)?;
     display.finish();
+    super::watch::complain(&store);
     Ok(report)
 }

@@ -5,8 +5,11 @@
 
 mod belt;
 mod cache;
+mod cache_share;
 mod cancel;
 mod check;
+mod cluster;
+mod cluster_status;
 pub mod complaint;
 mod computed;
 mod corrections;
@@ -16,17 +19,21 @@ mod explain;
 mod export;
 mod export_cameras;
 mod options;
+mod pack;
 mod progress;
 mod reach;
 mod rerun;
 mod run;
 mod score_table;
 mod simulate;
+mod slurm_script;
 mod status;
+mod tally;
 mod trace;
 mod verify;
 mod watch;
 mod why;
+mod work;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -46,6 +53,9 @@ struct Arguments {
 enum Command {
     Run(run::Run),
     Rerun(rerun::Rerun),
+    Pack(pack::Pack),
+    Work(work::Work),
+    Cluster(cluster::Cluster),
     Status(status::Status),
     Why(why::Why),
     Check(check::Check),
@@ -66,6 +76,9 @@ pub fn run() -> Result<()> {
     match Arguments::parse().command {
         Command::Run(c) => c.run(),
         Command::Rerun(c) => c.run(),
+        Command::Pack(c) => c.run(),
+        Command::Work(c) => c.run(),
+        Command::Cluster(c) => c.run(),
         Command::Status(c) => c.run(),
         Command::Why(c) => c.run(),
         Command::Check(c) => c.run(),

@@ -22,9 +22,10 @@ pub struct StoreOptions {
     /// Folder of the store.
     #[arg(long, value_name = "DIR", env = "ROOTVOX_CACHE", default_value = "cache")]
     pub cache: PathBuf,
-    /// Another store to take finished nodes from, such as the lab's; nothing is written there.
-    #[arg(long, value_name = "DIR", env = "ROOTVOX_CACHE_UPSTREAM")]
-    pub cache_upstream: Option<PathBuf>,
+    /// Another store to take finished nodes from, such as the lab's; nothing is written there: its folder, or what
+    /// `rootvox cache push` filled: a folder, https://HOST/PATH, s3://BUCKET/PREFIX (credentials: the AWS_ variables).
+    #[arg(long, value_name = "PLACE", env = "ROOTVOX_CACHE_UPSTREAM")]
+    pub cache_upstream: Option<String>,
 }
 
 impl StoreOptions {
@@ -55,6 +56,12 @@ impl StoreOptions {
         }
         Err(Error::usage(format!("there is no store in `{}`", self.cache.display()))
             .help("name it with --cache or ROOTVOX_CACHE; `rootvox run` makes one"))
+    }
+
+    /// The store upstream as a job names it that starts in the folder `here`.
+    pub fn upstream_from(&self, here: &std::path::Path) -> Option<String> {
+        let absolute = |place: &String| here.join(place).display().to_string();
+        self.cache_upstream.as_ref().map(|place| if place.contains("://") { place.clone() } else { absolute(place) })
     }
 
     fn over_upstream(&self, store: Store) -> Result<Store> {

@@ -37,3 +37,31 @@ pub fn reach(store: &Store, path: &Path) -> Result<Reach> {
     let names: Vec<&str> = batch.studies.iter().map(|study| study.name.as_str()).collect();
     Ok(Reach { name: names.join("+"), keys: keys.collect(), pending: plan.pending().count() })
 }
+
+/// The nodes of a study by stage and key.
+pub struct Reached {
+    /// Those that the store has, inputs before consumers.
+    pub nodes: Vec<(String, Key)>,
+    /// How many it does not have.
+    pub pending: usize,
+}
+
+/// The nodes of the study file, or the `.lock`, at `path` that the store has.
+///
+/// # Errors
+/// As [`reach`].
+pub fn nodes(store: &Store, path: &Path) -> Result<Reached> {
+    if path.extension().is_some_and(|extension| extension == "lock") {
+        let lock = Lock::read(path)?;
+        let of = |node: &crate::study::lock::LockedNode| Some((lock.work.get(node.work?)?.stage.clone(), node.key?));
+        let nodes: Vec<(String, Key)> = lock.nodes.iter().filter_map(of).collect();
+        return Ok(Reached { nodes, pending: 0 });
+    }
+    let batch = Batch::load(path, &[])?;
+    let plan = Engine::new(store).status(&batch.graph, &batch.targets())?;
+    let nodes = plan.nodes().filter_map(|(_, planned)| match (&planned.state, planned.stage) {
+        (NodeState::Cached { key, .. }, Some(stage)) => Some((stage.to_owned(), *key)),
+        _ => None,
+    });
+    Ok(Reached { nodes: nodes.collect(), pending: plan.pending().count() })
+}

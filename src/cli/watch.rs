@@ -16,6 +16,7 @@ const EVERY: Duration = Duration::from_millis(250);
 /// Watches one run.
 pub struct Watch<'a> {
     display: Display,
+    store: &'a Store,
     state: Mutex<State<'a>>,
 }
 
@@ -44,7 +45,7 @@ impl<'a> Watch<'a> {
         let (graph, names) = (&batch.graph, batch.names());
         let trace = trace.map(|path| Trace::new(path, names.clone())).transpose()?;
         let remaining = Remaining::new(graph, store, targets, threads);
-        Ok(Self { display: Display::new(names), state: Mutex::new(State { remaining, trace, estimated: None }) })
+        Ok(Self { display: Display::new(names), store, state: Mutex::new(State { remaining, trace, estimated: None }) })
     }
 
     /// Takes one event.
@@ -71,7 +72,13 @@ impl<'a> Watch<'a> {
     /// Where the trace cannot be written.
     pub fn finish(&self) -> Result<()> {
         self.display.finish();
+        complain(self.store);
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.trace.as_ref().map_or(Ok(()), Trace::write)
     }
+}
+
+/// Tells what was noticed of the store behind.
+pub fn complain(store: &Store) {
+    store.complaints().iter().for_each(|text| eprintln!("warning: {text}"));
 }

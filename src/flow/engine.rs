@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
@@ -20,8 +20,9 @@ use crate::store::{Artefact, Digest, Key, Manifest, Store};
 /// How often progress is reported.
 const TICK: Duration = Duration::from_millis(100);
 
-/// How often workers look whether other processes are done.
-const PATIENCE: Duration = Duration::from_millis(20);
+/// How soon, and how often at the least, workers look whether other processes are done: many machines that wait must
+/// not keep a file server busy.
+const PATIENCE: (Duration, Duration) = (Duration::from_millis(20), Duration::from_secs(1));
 
 /// Runs graphs over a store.
 pub struct Engine<'a> {
@@ -29,6 +30,8 @@ pub struct Engine<'a> {
     threads: usize,
     memory_bytes: u64,
     cancel: Arc<AtomicBool>,
+    until: Option<Instant>,
+    log: Option<String>,
     on_event: Box<dyn Fn(&Event) + Send + Sync + 'a>,
 }
 
@@ -40,6 +43,8 @@ impl<'a> Engine<'a> {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             memory_bytes: 4 << 30,
             cancel: Arc::default(),
+            until: None,
+            log: None,
             on_event: Box::new(|_| {}),
         }
     }
@@ -62,6 +67,20 @@ impl<'a> Engine<'a> {
     #[must_use]
     pub fn cancel(mut self, flag: Arc<AtomicBool>) -> Self {
         self.cancel = flag;
+        self
+    }
+
+    /// Begins no node after `end`; what runs then is finished.
+    #[must_use]
+    pub fn until(mut self, end: Option<Instant>) -> Self {
+        self.until = end;
+        self
+    }
+
+    /// Names the log of this process in what it records of failures.
+    #[must_use]
+    pub fn log(mut self, path: Option<String>) -> Self {
+        self.log = path;
         self
     }
 
@@ -90,6 +109,7 @@ impl<'a> Engine<'a> {
     pub fn attempt(&self, graph: &Graph, targets: &[NodeId]) -> Result<(Report, Vec<(NodeId, Error)>)> {
         let _in_use = self.store.use_it();
         let mut schedule = Schedule::new(graph, self.store, &*self.on_event);
+        schedule.log.clone_from(&self.log);
         let reachable = graph.upstream(targets);
         (self.on_event)(&Event::Planned { total: reachable.iter().filter(|&&is| is).count() });
         for (n, found) in read_files(graph, self.store, &reachable) {
@@ -112,7 +132,7 @@ impl<'a> Engine<'a> {
         let state = shared.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         let mut schedule = state.schedule;
         let complete = targets.iter().all(|target| schedule.slots[target.0].artefact.is_some());
-        if !complete && (self.cancel.load(Ordering::Relaxed) || schedule.errors.is_empty()) {
+        if !complete && (self.is_over() || schedule.errors.is_empty()) {
             return Err(Error::interrupted());
         }
         let failures = std::mem::take(&mut schedule.errors);
@@ -145,10 +165,11 @@ impl<'a> Engine<'a> {
 
     /// One worker: takes ready nodes until none is left and none is running.
     fn work(&self, graph: &Graph, shared: &Shared<'_>) {
+        let mut patience = PATIENCE.0;
         loop {
             let mut state = shared.lock();
             let (job, bytes, held) = loop {
-                if self.cancel.load(Ordering::Relaxed) {
+                if self.is_over() {
                     state.schedule.ready.clear();
                 }
                 let idle = state.running.is_empty();
@@ -156,7 +177,8 @@ impl<'a> Engine<'a> {
                 match state.schedule.take(free, idle) {
                     Taken::Node { n, bytes, held } => break (self.job(graph, &state, n), bytes, held),
                     Taken::AllBusy => {
-                        state = shared.turn.wait_timeout(state, PATIENCE).unwrap_or_else(PoisonError::into_inner).0;
+                        state = shared.turn.wait_timeout(state, patience).unwrap_or_else(PoisonError::into_inner).0;
+                        patience = (patience * 2).min(PATIENCE.1);
                     }
                     Taken::Nothing if idle && state.schedule.ready.is_empty() => {
                         shared.turn.notify_all();
@@ -165,6 +187,7 @@ impl<'a> Engine<'a> {
                     Taken::Nothing => state = shared.turn.wait(state).unwrap_or_else(PoisonError::into_inner),
                 }
             };
+            patience = PATIENCE.0;
             let n = job.node;
             state.bytes += bytes;
             state.running.insert(n, (job.progress.clone(), 0));
@@ -186,6 +209,11 @@ impl<'a> Engine<'a> {
         }
     }
 
+    /// Whether no further node may begin.
+    fn is_over(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed) || self.until.is_some_and(|end| Instant::now() >= end)
+    }
+
     fn job(&self, graph: &Graph, state: &State<'_>, n: usize) -> Job {
         let schedule = &state.schedule;
         let mut upstream = BTreeMap::new();
@@ -200,7 +228,8 @@ impl<'a> Engine<'a> {
         // Twice as many threads as its share, so that a thread that waits leaves no core idle.
         let at_once = (state.running.len() + 1 + schedule.ready.len()).min(self.threads);
         let threads = (2 * self.threads).div_ceil(at_once).min(self.threads);
-        Job { node: n, key: schedule.slots[n].key, upstream, threads, progress: Progress::new(self.cancel.clone()) }
+        let (key, is_far) = (schedule.slots[n].key, schedule.slots[n].is_far);
+        Job { node: n, key, upstream, is_far, threads, progress: Progress::new(self.cancel.clone()) }
     }
 
     fn settle(&self, state: &mut State<'_>, n: usize, outcome: Result<Outcome>) {
@@ -208,15 +237,18 @@ impl<'a> Engine<'a> {
         let settled = outcome.and_then(|outcome| match outcome {
             Outcome::Found(manifest) => {
                 let artefact = self.store.artefact(&manifest)?;
-                (self.on_event)(&Event::Hit {
-                    node: NodeId(n),
-                    key: manifest.key,
-                    warnings: manifest.warnings.clone(),
-                });
+                if !std::mem::replace(&mut schedule.slots[n].hit, true) {
+                    let (key, warnings) = (manifest.key, manifest.warnings.clone());
+                    (self.on_event)(&Event::Hit { node: NodeId(n), key, warnings });
+                }
                 schedule.finish(n, manifest, Some(artefact));
                 Ok(())
             }
-            Outcome::Ran { manifest, same_output, learned } => {
+            Outcome::Lost => {
+                schedule.lost(n);
+                Ok(())
+            }
+            Outcome::Ran { manifest, same_output, in_vain, learned } => {
                 let artefact = self.store.artefact(&manifest)?;
                 for (v, manifest) in learned {
                     let artefact = if manifest.is_virtual { None } else { Some(self.store.artefact(&manifest)?) };
@@ -227,6 +259,7 @@ impl<'a> Engine<'a> {
                     seconds: manifest.seconds,
                     digest: manifest.digest,
                     same_output,
+                    in_vain,
                     warnings: manifest.warnings.clone(),
                 });
                 schedule.slots[n].ran = true;
@@ -245,7 +278,7 @@ impl<'a> Engine<'a> {
         while !(state.running.is_empty() && state.schedule.ready.is_empty()) {
             let (next, _) = shared.turn.wait_timeout(state, TICK).unwrap_or_else(PoisonError::into_inner);
             state = next;
-            if self.cancel.load(Ordering::Relaxed) {
+            if self.is_over() {
                 state.schedule.ready.clear();
                 shared.turn.notify_all();
             }

@@ -53,6 +53,8 @@ pub enum Event {
         digest: Digest,
         /// Whether the latest earlier result of this stage under this label was the same.
         same_output: bool,
+        /// Whether another process had published the same work meanwhile.
+        in_vain: bool,
         /// What the stage warned of.
         warnings: Vec<String>,
     },

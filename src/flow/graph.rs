@@ -130,6 +130,14 @@ impl Graph {
         }
     }
 
+    /// The path of a file; `None` for a stage.
+    pub fn path(&self, node: NodeId) -> Option<&Path> {
+        match &self.nodes[node.0].kind {
+            Kind::File(path) => Some(path),
+            Kind::Stage { .. } => None,
+        }
+    }
+
     /// The version of a node's stage; `None` for a file.
     pub fn version(&self, node: NodeId) -> Option<u32> {
         match &self.nodes[node.0].kind {

@@ -6,12 +6,12 @@
 //! engine takes them, inputs before consumers: the end of the last is the time left. Nodes that turn out to be in the
 //! store drop out as they are found.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use super::event::Event;
 use super::graph::{Graph, Kind, NodeId};
+use super::layout::lay_out;
 use super::plan::Experience;
 use crate::store::Store;
 
@@ -134,7 +134,7 @@ impl<'a> Remaining<'a> {
         self.expected.as_ref()?;
         let mut all_known = true;
         let mut cost = vec![0.0; self.states.len()];
-        let mut ends = BinaryHeap::new();
+        let mut running = Vec::new();
         for (n, state) in self.states.iter().enumerate() {
             if *state == State::Done {
                 continue;
@@ -147,64 +147,17 @@ impl<'a> Remaining<'a> {
                 // Its own progress is the better witness the farther it is.
                 let by_progress = if share > 0.0 { ran / share - ran } else { cost[n] - ran };
                 let left = share * by_progress + (1.0 - share) * (cost[n] - ran);
-                ends.push(Reverse((Seconds(left.max(LAST_SHARE * cost[n])), n)));
+                running.push((left.max(LAST_SHARE * cost[n]), n));
             }
         }
-        Some((Duration::from_secs_f64(self.lay_out(&cost, ends)), all_known))
-    }
-
-    /// When the last node ends, the running ones ending at `ends`.
-    fn lay_out(&self, cost: &[f64], mut ends: BinaryHeap<Reverse<(Seconds, usize)>>) -> f64 {
-        let mut waits: Vec<usize> = vec![0; cost.len()];
-        let mut consumers: Vec<Vec<usize>> = vec![Vec::new(); cost.len()];
-        let mut ready = BTreeSet::new();
-        for (n, node) in self.graph.nodes.iter().enumerate().filter(|(n, _)| self.states[*n] == State::Open) {
-            for input in node.inputs().filter(|input| self.states[*input] != State::Done) {
-                waits[n] += 1;
-                consumers[input].push(n);
-            }
-            if waits[n] == 0 {
-                ready.insert(n);
-            }
-        }
-        let mut time = 0.0;
-        loop {
-            while ends.len() < self.threads
-                && let Some(n) = ready.pop_first()
-            {
-                ends.push(Reverse((Seconds(time + cost[n]), n)));
-            }
-            let Some(Reverse((Seconds(end), n))) = ends.pop() else { return time };
-            time = end;
-            for &consumer in &consumers[n] {
-                waits[consumer] -= 1;
-                if waits[consumer] == 0 {
-                    ready.insert(consumer);
-                }
-            }
-        }
+        let open: Vec<bool> = self.states.iter().map(|state| *state == State::Open).collect();
+        let left = lay_out(self.graph, &open, &cost, &running, self.threads);
+        Some((Duration::from_secs_f64(left), all_known))
     }
 }
 
-/// Seconds in an order.
-#[derive(Clone, Copy, PartialEq)]
-struct Seconds(f64);
-
-impl Eq for Seconds {}
-
-impl PartialOrd for Seconds {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Seconds {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
-    }
-}
-
-fn experience(graph: &Graph, store: &Store) -> Vec<Option<f64>> {
+/// Seconds that every node takes by experience.
+pub(super) fn experience(graph: &Graph, store: &Store) -> Vec<Option<f64>> {
     let mut experience = Experience::new(store);
     let of_node = |node: &super::graph::Node| match &node.kind {
         Kind::Stage { work, .. } => experience.estimate(work.name(), &node.label).0,
@@ -232,7 +185,14 @@ mod tests {
     }
 
     fn finished(node: NodeId, seconds: f64) -> Event {
-        Event::Finished { node, seconds, digest: Digest([0; 32]), same_output: false, warnings: Vec::new() }
+        Event::Finished {
+            node,
+            seconds,
+            digest: Digest([0; 32]),
+            same_output: false,
+            in_vain: false,
+            warnings: Vec::new(),
+        }
     }
 
     #[test]

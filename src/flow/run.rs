@@ -20,6 +20,8 @@ pub(super) struct Job {
     pub(super) key: Option<Key>,
     /// What is known of every node upstream: those reached through virtual nodes too.
     pub(super) upstream: BTreeMap<usize, (Option<Artefact>, Option<Digest>)>,
+    /// Its values are to be fetched, not computed.
+    pub(super) is_far: bool,
     pub(super) threads: usize,
     pub(super) progress: Progress,
 }
@@ -28,8 +30,10 @@ pub(super) struct Job {
 pub(super) enum Outcome {
     /// Another process, or another node with the same key, had made it.
     Found(Manifest),
+    /// It could not be fetched.
+    Lost,
     /// It ran; with the manifests of virtual nodes whose digests were learned.
-    Ran { manifest: Manifest, same_output: bool, learned: Vec<(usize, Manifest)> },
+    Ran { manifest: Manifest, same_output: bool, in_vain: bool, learned: Vec<(usize, Manifest)> },
 }
 
 /// Runs `job`; `started` is called when the stage begins.
@@ -38,9 +42,12 @@ pub(super) fn run(graph: &Graph, store: &Store, job: &Job, started: &dyn Fn(Vec<
         return Err(Error::failed("a file cannot be run"));
     };
     if let Some(key) = job.key
-        && let Some(manifest) = store.lookup(work.name(), key)?.filter(|manifest| !manifest.is_virtual)
+        && let Some(manifest) = store.lookup_values(work.name(), key)?
     {
         return Ok(Outcome::Found(manifest)); // Another process published it before we could claim it.
+    }
+    if job.is_far {
+        return Ok(Outcome::Lost);
     }
     let now = Now::of(graph, job.node, &|input| job.upstream.get(&input).and_then(|(_, digest)| *digest));
     let history = store.latest_history(work.name());
@@ -90,15 +97,16 @@ pub(super) fn run(graph: &Graph, store: &Store, job: &Job, started: &dyn Fn(Vec<
     store.close(&mut draft, &mut manifest)?;
     let before = history.iter().rfind(|past| past.label == manifest.label);
     let same_output = before.is_some_and(|past| past.digest == manifest.digest);
-    let mine = manifest.digest;
+    let mine = manifest.clone();
     let mut manifest = store.publish(draft, manifest)?;
     store.record_history(&manifest, begun.1.elapsed().as_secs_f64());
-    if manifest.digest != mine {
+    let in_vain = manifest != mine;
+    if manifest.digest != mine.digest {
         manifest
             .warnings
             .push("another run of the same work gave other values: this stage is not deterministic".into());
     }
-    Ok(Outcome::Ran { manifest, same_output, learned })
+    Ok(Outcome::Ran { manifest, same_output, in_vain, learned })
 }
 
 /// The virtual artefacts opened for one job, in the order in which they depend on each other.

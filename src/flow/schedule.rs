@@ -8,8 +8,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::event::Event;
 use super::graph::{Graph, Kind, NodeId};
 use super::key::key;
+use super::remaining::experience;
+use super::urgency;
 use crate::error::{Error, Result};
 use crate::store::{Artefact, Claim, Digest, Held, Key, Manifest, Store};
+
+/// So many nodes that others are at are asked for one by one, further ones at growing distances.
+const ASKED_IN_TURN: usize = 8;
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Want {
@@ -37,6 +42,10 @@ pub(super) struct Slot {
     pub(super) artefact: Option<Artefact>,
     pub(super) manifest: Option<Manifest>,
     pub(super) ran: bool,
+    /// Its values are in a store far away.
+    pub(super) is_far: bool,
+    /// It was told that the store has it.
+    pub(super) hit: bool,
     /// Another process was found to be at it.
     waiting: bool,
     /// Consumers know that this virtual node can be read.
@@ -59,10 +68,15 @@ pub(super) struct Schedule<'a> {
     store: &'a Store,
     consumers: Vec<Vec<usize>>,
     pub(super) slots: Vec<Slot>,
-    pub(super) ready: BTreeSet<usize>,
-    /// Nodes being run, by key; others with the same key wait for them.
+    /// Nodes that can run, with their places in the order of urgency.
+    pub(super) ready: BTreeSet<(usize, usize)>,
+    /// The place of every node in that order; known once a node is to run.
+    places: Option<Vec<usize>>,
+    /// Nodes being run, by name of their work; others of the same name wait for them.
     in_work: BTreeMap<Key, usize>,
     pub(super) errors: Vec<(NodeId, Error)>,
+    /// The log of this process, for the record of failures.
+    pub(super) log: Option<String>,
     pub(super) emit: &'a (dyn Fn(&Event) + Sync),
 }
 
@@ -84,12 +98,14 @@ impl<'a> Schedule<'a> {
             artefact: None,
             manifest: None,
             ran: false,
+            is_far: false,
+            hit: false,
             waiting: false,
             announced: false,
         };
         let slots = graph.nodes.iter().map(|_| slot()).collect();
         let (ready, in_work) = (BTreeSet::new(), BTreeMap::new());
-        Self { graph, store, consumers, slots, ready, in_work, errors: Vec::new(), emit }
+        Self { graph, store, consumers, slots, ready, places: None, in_work, errors: Vec::new(), log: None, emit }
     }
 
     /// Notes what a file holds.
@@ -107,7 +123,11 @@ impl<'a> Schedule<'a> {
     pub(super) fn fail(&mut self, n: usize, error: Error) {
         self.slots[n].phase = Phase::Broken;
         if error.kind != crate::error::Kind::Interrupted {
-            let error = error.at(&self.graph.nodes[n].label);
+            let label = &self.graph.nodes[n].label;
+            if let Some(name) = self.work_name(n) {
+                self.store.record_failure(name, label, &error.to_string(), self.log.as_deref());
+            }
+            let error = error.at(label);
             (self.emit)(&Event::Failed { node: NodeId(n), error: error.clone() });
             self.errors.push((NodeId(n), error));
         }
@@ -118,6 +138,7 @@ impl<'a> Schedule<'a> {
     /// Notes the result of a node that ran or was found after waiting.
     pub(super) fn finish(&mut self, n: usize, manifest: Manifest, artefact: Option<Artefact>) {
         self.slots[n].phase = Phase::Open;
+        self.work_name(n).inspect(|&name| self.store.forget_failure(name));
         self.know(n, manifest, artefact);
         self.release(n);
         self.advance_consumers(n);
@@ -129,6 +150,14 @@ impl<'a> Schedule<'a> {
         slot.digest = Some(manifest.digest);
         slot.artefact = artefact;
         slot.manifest = Some(manifest);
+    }
+
+    /// Notes that the values of `n` could not be fetched: it is computed.
+    pub(super) fn lost(&mut self, n: usize) {
+        self.slots[n].phase = Phase::Open;
+        self.slots[n].is_far = false;
+        self.release(n);
+        self.advance(n);
     }
 
     fn release(&mut self, n: usize) {
@@ -209,12 +238,17 @@ impl<'a> Schedule<'a> {
             }
             return;
         }
-        for input in node.inputs() {
-            self.raise(input, Want::Stream);
+        let is_far = self.slots[n].is_far;
+        if !is_far {
+            for input in node.inputs() {
+                self.raise(input, Want::Stream);
+            }
         }
-        if !self.at_rest(n) && node.inputs().all(|input| self.readable(input)) {
+        if !self.at_rest(n) && (is_far || node.inputs().all(|input| self.readable(input))) {
             self.slots[n].phase = Phase::Queued;
-            self.ready.insert(n);
+            let places =
+                self.places.get_or_insert_with(|| urgency::places(self.graph, &experience(self.graph, self.store)));
+            self.ready.insert((places[n], n));
         }
     }
 
@@ -224,7 +258,10 @@ impl<'a> Schedule<'a> {
         let found = self.key_of(n).and_then(|key| {
             self.slots[n].key = Some(key);
             let manifest = self.store.lookup(work.name(), key)?;
-            manifest.map(|m| Ok((if m.is_virtual { None } else { Some(self.store.artefact(&m)?) }, m))).transpose()
+            let Some(manifest) = manifest else { return Ok(None) };
+            self.slots[n].is_far = self.store.is_far(&manifest);
+            let is_at_hand = !(manifest.is_virtual || self.slots[n].is_far);
+            Ok(Some((if is_at_hand { Some(self.store.artefact(&manifest)?) } else { None }, manifest)))
         });
         match found {
             Err(error) => {
@@ -234,7 +271,12 @@ impl<'a> Schedule<'a> {
             Ok(None) => false,
             Ok(Some((artefact, manifest))) => {
                 let done = artefact.is_some() || self.slots[n].want <= Want::Digest;
-                (self.emit)(&Event::Hit { node: NodeId(n), key: manifest.key, warnings: manifest.warnings.clone() });
+                // What is far is not had before it is here.
+                if done || !self.slots[n].is_far {
+                    self.slots[n].hit = true;
+                    let warnings = manifest.warnings.clone();
+                    (self.emit)(&Event::Hit { node: NodeId(n), key: manifest.key, warnings });
+                }
                 self.store.touch(work.name(), manifest.key);
                 self.know(n, manifest, artefact);
                 self.advance_consumers(n);
@@ -259,31 +301,86 @@ impl<'a> Schedule<'a> {
         Ok(key(work.name(), work.version(), params, &ports))
     }
 
-    /// Takes a ready node that fits into `free` bytes, or any if nothing is running, and that no other process is at.
-    pub(super) fn take(&mut self, free: u64, idle: bool) -> Taken {
-        let mut busy = false;
-        for n in self.ready.iter().copied().collect::<Vec<_>>() {
-            let Kind::Stage { work, .. } = &self.graph.nodes[n].kind else { continue };
-            let (key, bytes) = (self.slots[n].key, work.peak_bytes());
-            if !(idle || bytes <= free) || key.is_some_and(|key| self.in_work.contains_key(&key)) {
+    /// The name under which the work of node `n` is claimed: its key, or, where it reads what is streamed, the key that
+    /// it would have if that had its own name as its digest. So the name is known before anything was streamed, and is
+    /// the same in every process.
+    pub(super) fn work_name(&self, n: usize) -> Option<Key> {
+        let node = &self.graph.nodes[n];
+        if !node.inputs().any(|input| self.graph.nodes[input].is_virtual()) {
+            return self.slots[n].key.or_else(|| self.key_of(n).ok());
+        }
+        let Kind::Stage { work, params, .. } = &node.kind else { return None };
+        let mut ports = Vec::new();
+        for (port, inputs) in &node.ports {
+            let of_input = |input: &NodeId| match self.graph.nodes[input.0].is_virtual() {
+                true => self.work_name(input.0),
+                false => self.slots[input.0].digest,
+            };
+            ports.push((port.as_str(), inputs.iter().map(of_input).collect::<Option<Vec<Digest>>>()?));
+        }
+        Some(key(work.name(), work.version(), params.as_ref().ok()?, &ports))
+    }
+
+    /// Looks whether other processes learned the digests of what node `n` would stream, and with them its key.
+    fn learn(&mut self, n: usize) {
+        let inputs: Vec<usize> = self.graph.nodes[n].inputs().collect();
+        for &input in &inputs {
+            if self.slots[input].digest.is_some() {
                 continue;
             }
-            let held = match key.map(|key| self.store.claim(key)) {
+            self.learn(input);
+            let Kind::Stage { work, .. } = &self.graph.nodes[input].kind else { continue };
+            if let Some(key) = self.slots[input].key
+                && let Ok(Some(manifest)) = self.store.lookup(work.name(), key)
+            {
+                self.know(input, manifest, None);
+                self.advance_consumers(input);
+            }
+        }
+        if self.slots[n].key.is_none() && inputs.iter().all(|&input| self.slots[input].digest.is_some()) {
+            self.slots[n].key = self.key_of(n).ok();
+        }
+    }
+
+    /// Takes the most urgent of the ready nodes that fit into `free` bytes, or any if nothing is running, and that no
+    /// other process is at.
+    pub(super) fn take(&mut self, free: u64, idle: bool) -> Taken {
+        let mut busy: Vec<usize> = Vec::new();
+        let ready: Vec<(usize, usize)> = self.ready.iter().copied().collect();
+        let (mut at, mut stride) = (0, 1);
+        while let Some(&(place, n)) = ready.get(at) {
+            at += 1;
+            let Kind::Stage { work, .. } = &self.graph.nodes[n].kind else { continue };
+            let (name, bytes) = (self.work_name(n), work.peak_bytes());
+            if !(idle || bytes <= free) || name.is_some_and(|name| self.in_work.contains_key(&name)) {
+                continue;
+            }
+            let held = match name.map(|name| self.store.claim(name, &self.graph.nodes[n].label)) {
                 None => None,
                 Some(Claim::Ours(held)) => Some(held),
                 Some(Claim::Busy) => {
-                    busy = true;
-                    if !std::mem::replace(&mut self.slots[n].waiting, true) {
-                        (self.emit)(&Event::Waiting { node: NodeId(n) });
+                    busy.push(n);
+                    // Where hundreds are at the most urgent nodes, asking for each would keep a file server busy.
+                    if busy.len() > ASKED_IN_TURN {
+                        at += rand::random_range(0..stride);
+                        stride *= 2;
                     }
                     continue;
                 }
             };
-            self.ready.remove(&n);
+            if self.slots[n].key.is_none() {
+                self.learn(n);
+            }
+            self.ready.remove(&(place, n));
             self.slots[n].phase = Phase::Running;
-            self.in_work.extend(key.map(|key| (key, n)));
+            self.in_work.extend(name.map(|name| (name, n)));
             return Taken::Node { n, bytes, held };
         }
-        if busy { Taken::AllBusy } else { Taken::Nothing }
+        for &n in &busy {
+            if !std::mem::replace(&mut self.slots[n].waiting, true) {
+                (self.emit)(&Event::Waiting { node: NodeId(n) });
+            }
+        }
+        if busy.is_empty() { Taken::Nothing } else { Taken::AllBusy }
     }
 }

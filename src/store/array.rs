@@ -16,11 +16,14 @@ use zarrs::filesystem::FilesystemStore;
 
 use super::digest::{ArrayHasher, Digest};
 use super::element::{Dtype, Element};
+use super::manifest::Member;
 use super::virtual_array::VirtualArtefact;
 use crate::error::{Error, Result};
 
 /// Bytes that one shard holds at most before compression, unless a single row of inner chunks is larger.
 const SHARD_BYTES: usize = 64 << 20;
+/// The largest shard that is taken from others, bytes before compression.
+const MOST_SHARD_BYTES: usize = 4 << 30;
 /// Depth of an inner chunk along axis 0 of a volume.
 const CHUNK_DEPTH: usize = 8;
 /// Largest side of an inner chunk along the other axes of a volume.
@@ -65,6 +68,28 @@ fn zarr_type(dtype: Dtype) -> DataType {
         Dtype::Float32 => data_type::float32(),
         Dtype::Float64 => data_type::float64(),
     }
+}
+
+/// Fails where the array in `folder` is not laid out as this program lays out such a member: a layout of others could ask
+/// for any amount of memory.
+pub(super) fn check_layout(folder: &Path, member: &Member) -> Result<()> {
+    let path = folder.join("zarr.json");
+    let text = std::fs::read(&path).map_err(|e| Error::io("read", &path, e))?;
+    let found: serde_json::Value = serde_json::from_slice(&text).map_err(|e| Error::io("understand", &path, e))?;
+    let element_bytes = member.dtype.map_or(8, Dtype::bytes);
+    let is_empty = member.shape.is_empty();
+    let (inner, shard) = if is_empty { Default::default() } else { chunking(&member.shape, element_bytes) };
+    let chunk = &found["chunk_grid"]["configuration"]["chunk_shape"];
+    let codecs = &found["codecs"];
+    let cells = shard.iter().try_fold(element_bytes, |n, &side| n.checked_mul(side));
+    let ours = *chunk == serde_json::json!(shard)
+        && codecs[0]["configuration"]["chunk_shape"] == serde_json::json!(inner)
+        && codecs.as_array().is_some_and(|codecs| codecs.len() == 1)
+        && cells.is_some_and(|bytes| bytes <= MOST_SHARD_BYTES);
+    if is_empty || !ours {
+        return Err(Error::failed(format!("array `{}` has a layout of its own", member.name)));
+    }
+    Ok(())
 }
 
 fn wide(shape: &[usize]) -> Vec<u64> {

@@ -30,6 +30,16 @@ pub enum Dtype {
 }
 
 impl Dtype {
+    /// Bytes of one element.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Uint8 | Self::Int8 => 1,
+            Self::Uint16 | Self::Int16 => 2,
+            Self::Uint32 | Self::Int32 | Self::Float32 => 4,
+            Self::Uint64 | Self::Int64 | Self::Float64 => 8,
+        }
+    }
+
     /// The name that Zarr uses, such as `float32`.
     pub fn as_str(self) -> &'static str {
         match self {

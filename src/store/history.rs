@@ -26,12 +26,25 @@ pub struct Past {
     pub seconds: f64,
     /// Bytes stored.
     pub bytes: u64,
+    /// When it was published (RFC 3339, UTC); empty in lines of old.
+    #[serde(default)]
+    pub at: String,
+    /// Machine and process that it ran in, as `host:process`; empty in lines of old.
+    #[serde(default)]
+    pub by: String,
 }
 
 /// Adds a line for `record`; a line that cannot be written is a loss of comfort only.
 pub(super) fn append(folder: &Path, record: &Manifest, seconds: f64) {
-    let past =
-        Past { label: record.label.clone(), key: record.key, digest: record.digest, seconds, bytes: record.bytes() };
+    let past = Past {
+        label: record.label.clone(),
+        key: record.key,
+        digest: record.digest,
+        seconds,
+        bytes: record.bytes(),
+        at: jiff::Timestamp::now().to_string(),
+        by: format!("{}:{}", record.host, std::process::id()),
+    };
     let Ok(mut line) = serde_json::to_vec(&past) else { return };
     line.push(b'\n');
     let path = folder.join(format!("{}.jsonl", record.stage));
@@ -78,6 +91,8 @@ mod tests {
             digest: Digest([2; 32]),
             seconds: 0.5,
             bytes: 7,
+            at: String::new(),
+            by: String::new(),
         };
         assert!(read_latest(folder.path(), "merge").is_empty());
         let lines: Vec<String> = (0..2000).map(|n| serde_json::to_string(&past(n)).unwrap() + "\n").collect();

@@ -11,6 +11,7 @@
 //!     │           ├── merged/         a member: array `merged`
 //!     │           └── summary.json    a member: JSON value `summary`
 //!     ├── history/merge.jsonl     one line per run, for estimates and for `why`; may be lost without harm
+//!     ├── failures/               what failed where and why, one file per node; gone once it succeeds
 //!     ├── files.json              digests of input files, by path, size, times and inode; may be lost without harm
 //!     ├── pins/                   keys that cleaning leaves alone, one file per pin
 //!     ├── in-use.lock             shared by runs; cleaning wants it alone
@@ -29,13 +30,19 @@ pub mod care;
 mod claim;
 mod digest;
 mod element;
+mod failure;
 mod files;
 mod free;
+mod heart;
 mod history;
+mod holder;
 mod manifest;
+mod object;
 mod output;
 mod remember;
+mod remote;
 mod session;
+mod share;
 #[cfg(test)]
 mod tests;
 mod usage;
@@ -50,16 +57,23 @@ pub use canonical::bytes as canonical_bytes;
 pub use claim::{Claim, Held};
 pub use digest::{ArrayHasher, Digest, Key};
 pub use element::{Dtype, Element};
+pub use failure::Failure;
 pub use free::{write_array, write_group};
 pub use history::Past;
+pub use holder::Holder;
 pub use manifest::{FORMAT, InputRecord, Manifest, Member, MemberKind};
 pub use output::Output;
+pub use remote::Pushed;
+pub use share::Destination;
 pub use usage::InUse;
 pub use virtual_array::{ArraySpec, Slab, SlabSource, VirtualArtefact, digest_of};
 
 use crate::error::{Error, Result};
+use claim::Claims;
+use heart::Heart;
 use remember::FileMemory;
 use session::Session;
+use share::Behind;
 
 /// A store on disk. Cheap to clone; safe to share between threads and processes.
 #[derive(Clone)]
@@ -72,7 +86,11 @@ struct Inner {
     root: PathBuf,
     /// Where to look for what is not here; never written to.
     upstream: Option<Store>,
+    /// Packed nodes to look for what is not here; never written to.
+    behind: Option<Arc<Behind>>,
     session: Mutex<Option<Arc<Session>>>,
+    heart: Arc<Heart>,
+    claims: Claims,
     memory: Mutex<FileMemory>,
 }
 
@@ -116,12 +134,13 @@ impl Store {
             })?;
         }
         session::sweep(&root.join("tmp"));
-        Ok(Self::at(home, root, None))
+        claim::sweep(&root.join("locks"));
+        Ok(Self::at(home, root, None, None))
     }
 
     /// Opens the store in the folder `home` without making anything: where there is none, nothing is found.
     pub fn look(home: &Path) -> Self {
-        Self::at(home, home.join(format!("v{FORMAT}")), None)
+        Self::at(home, home.join(format!("v{FORMAT}")), None, None)
     }
 
     /// Whether there is a store of this format in the folder.
@@ -129,23 +148,20 @@ impl Store {
         self.root().join("nodes").is_dir()
     }
 
-    /// Puts another store, such as a lab's, behind this one: what this one does not have is taken from there, and
-    /// nothing is written there.
-    ///
-    /// # Errors
-    /// Where there is no store in `upstream`.
-    pub fn over(self, upstream: &Path) -> Result<Self> {
-        let behind = Self::look(upstream);
-        if !behind.exists() {
-            return Err(Error::usage(format!("there is no store of format {FORMAT} in `{}`", upstream.display()))
-                .help("name the folder that another `rootvox run` had as --cache"));
-        }
-        Ok(Self::at(self.home(), self.root().to_owned(), Some(behind)))
-    }
-
-    fn at(home: &Path, root: PathBuf, upstream: Option<Self>) -> Self {
+    fn at(home: &Path, root: PathBuf, upstream: Option<Self>, behind: Option<Arc<Behind>>) -> Self {
         let memory = Mutex::new(FileMemory::load(&root.join("files.json")));
-        Self(Arc::new(Inner { home: home.to_owned(), root, upstream, session: Mutex::default(), memory }))
+        let heart = Arc::new(Heart::default());
+        let claims = Claims::new(root.join("locks"), heart.clone());
+        Self(Arc::new(Inner {
+            home: home.to_owned(),
+            root,
+            upstream,
+            behind,
+            session: Mutex::default(),
+            heart,
+            claims,
+            memory,
+        }))
     }
 
     /// The folder that the store was opened with.
@@ -169,7 +185,10 @@ impl Store {
     pub fn lookup(&self, stage: &str, key: Key) -> Result<Option<Manifest>> {
         let own = self.own(stage, key)?;
         let Some(upstream) = self.0.upstream.as_ref().filter(|_| own.as_ref().is_none_or(|m| m.is_virtual)) else {
-            return Ok(own);
+            return Ok(match own {
+                Some(own) if !own.is_virtual => Some(own),
+                own => self.behind(stage, key).filter(|m| own.is_none() || !m.is_virtual).or(own),
+            });
         };
         let theirs = upstream.lookup(stage, key).ok().flatten();
         Ok(theirs.filter(|m| own.is_none() || !m.is_virtual).or(own))
@@ -204,7 +223,7 @@ impl Store {
             let mut current = self.0.session.lock().unwrap_or_else(PoisonError::into_inner);
             match &*current {
                 Some(session) => session.clone(),
-                None => current.insert(Arc::new(Session::begin(&self.root().join("tmp"))?)).clone(),
+                None => current.insert(Arc::new(Session::begin(&self.root().join("tmp"), &self.0.heart)?)).clone(),
             }
         };
         let folder = session.new_folder()?;
@@ -265,11 +284,6 @@ impl Store {
         renamed.map_err(|e| Error::io("publish", &target, e))?;
         files::sync_folder(&shelf);
         Ok(record)
-    }
-
-    /// Claims the work `key`, without waiting, so that other processes do something else meanwhile.
-    pub fn claim(&self, key: Key) -> Claim {
-        claim::claim(&self.root().join("locks"), key)
     }
 
     /// Digest and length of a file of the outside world, remembered while the file stays as it is.

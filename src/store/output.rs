@@ -38,8 +38,7 @@ impl Output {
 
     /// Claims `file` for a member, and gives its path.
     fn begin(&mut self, file: &str) -> Result<PathBuf> {
-        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
-        if file.is_empty() || file.starts_with('.') || !file.chars().all(plain) {
+        if !is_plain(file) {
             return Err(Error::failed(format!(
                 "`{file}` cannot name a member: letters, digits, `.`, `_` and `-` can, and no leading `.`"
             )));
@@ -124,6 +123,12 @@ impl Output {
         members.sort_by(|a, b| a.name.cmp(&b.name));
         Ok((members, self.warnings))
     }
+}
+
+/// Whether a member may be called so.
+pub(super) fn is_plain(name: &str) -> bool {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
+    !name.is_empty() && !name.starts_with('.') && name.chars().all(plain)
 }
 
 fn push(members: &Mutex<Vec<Member>>, member: Member) {

@@ -1,49 +1,46 @@
 //! The private folder of one process under `tmp/`, and the sweeping of those whose process is gone.
 //!
-//! `tmp/<name>.lock` is held locked as long as the process lives; the system releases it however the process ends.
+//! `tmp/<name>.lock` names the process and is touched as long as it lives (`holder.rs`).
 
-use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
+use super::heart::Heart;
+use super::holder::{Holder, is_abandoned};
 use crate::error::{Error, Result};
 
-/// Where locks do not work, leftovers are swept at this age.
-const STALE: Duration = Duration::from_secs(7 * 24 * 3600);
+/// Leftovers of processes that another machine ran are swept when these were silent for so long.
+const STALE: Duration = Duration::from_secs(3600);
 
 /// The drafts of this process.
 pub(super) struct Session {
     folder: PathBuf,
     lock_path: PathBuf,
-    _lock: File,
+    heart: Arc<Heart>,
     next: AtomicU64,
 }
 
 impl Session {
     /// Makes a folder in `tmp` that no other process uses or sweeps.
-    pub(super) fn begin(tmp: &Path) -> Result<Self> {
+    pub(super) fn begin(tmp: &Path, heart: &Arc<Heart>) -> Result<Self> {
         let cannot = |e| {
             Error::io("write to the store in", tmp, e)
                 .help("make it writable, or name another folder with `--cache FOLDER` or ROOTVOX_CACHE")
         };
         std::fs::create_dir_all(tmp).map_err(cannot)?;
-        loop {
-            let lock = tempfile::Builder::new()
-                .prefix(&format!("{}-", std::process::id()))
-                .suffix(".lock")
-                .tempfile_in(tmp)
-                .map_err(cannot)?;
-            let (file, lock_path) = lock.keep().map_err(|e| cannot(e.error))?;
-            // Without working locks the age decides.
-            let _ = file.try_lock();
-            if !lock_path.exists() {
-                continue; // A sweeper came between the making and the locking.
-            }
-            let folder = lock_path.with_extension("");
-            std::fs::create_dir(&folder).map_err(cannot)?;
-            return Ok(Self { folder, lock_path, _lock: file, next: AtomicU64::new(0) });
-        }
+        let lock = tempfile::Builder::new()
+            .prefix(&format!("{}-", std::process::id()))
+            .suffix(".lock")
+            .tempfile_in(tmp)
+            .map_err(cannot)?;
+        let (mut file, lock_path) = lock.keep().map_err(|e| cannot(e.error))?;
+        Holder::this("drafts").write(&mut file).map_err(cannot)?;
+        heart.add(&lock_path);
+        let folder = lock_path.with_extension("");
+        std::fs::create_dir(&folder).map_err(cannot)?;
+        Ok(Self { folder, lock_path, heart: heart.clone(), next: AtomicU64::new(0) })
     }
 
     /// A new empty folder for one draft.
@@ -56,6 +53,7 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
+        self.heart.remove(&self.lock_path);
         // What cannot be removed now is swept later.
         let _ = std::fs::remove_dir_all(&self.folder);
         let _ = std::fs::remove_file(&self.lock_path);
@@ -65,27 +63,21 @@ impl Drop for Session {
 /// Removes what processes that are gone left in `tmp`; what cannot be removed stays.
 pub(super) fn sweep(tmp: &Path) {
     let Ok(entries) = std::fs::read_dir(tmp) else { return };
-    for entry in entries.flatten() {
-        let path = entry.path();
+    for path in entries.flatten().map(|entry| entry.path()) {
         let is_lock = path.extension().is_some_and(|extension| extension == "lock");
-        if is_lock && is_abandoned(&path) {
+        if is_lock && is_abandoned(&path, STALE) {
             let _ = std::fs::remove_dir_all(path.with_extension(""));
             let _ = std::fs::remove_file(&path);
-        } else if !is_lock && !path.with_extension("lock").exists() {
+        } else if !is_lock && path.is_dir() && !path.with_extension("lock").exists() {
             // The lock is made before the folder and removed after it: nobody owns this one.
             let _ = std::fs::remove_dir_all(&path);
+        } else if !is_lock && path.is_file() && is_old(&path) {
+            let _ = std::fs::remove_file(&path);
         }
     }
 }
 
-fn is_abandoned(lock: &Path) -> bool {
-    let Ok(file) = File::open(lock) else { return false };
-    match file.try_lock() {
-        Ok(()) => true,
-        Err(TryLockError::WouldBlock) => false,
-        Err(TryLockError::Error(_)) => {
-            let age = file.metadata().and_then(|m| m.modified()).ok().and_then(|time| time.elapsed().ok());
-            age.is_some_and(|age| age > STALE)
-        }
-    }
+fn is_old(path: &Path) -> bool {
+    let touched = std::fs::metadata(path).and_then(|meta| meta.modified()).ok();
+    touched.and_then(|time| SystemTime::now().duration_since(time).ok()).is_some_and(|age| age > STALE)
 }

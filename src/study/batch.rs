@@ -103,16 +103,26 @@ impl Batch {
     /// # Errors
     /// Every fault of the file at once, with line, column and remedy.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self> {
-        let sources = Sources::open(path, overrides)?;
-        let mut base = Document::parse(&sources)?;
-        let origin = Origin::of(path, overrides);
+        Self::load_all(&[path], overrides)
+    }
+
+    /// As [`Batch::load`], of several study files in one graph.
+    ///
+    /// # Errors
+    /// As [`Batch::load`], and where two studies have one name.
+    pub fn load_all(paths: &[impl AsRef<Path>], overrides: &[String]) -> Result<Self> {
         let mut batch = Self { graph: Graph::new(), studies: Vec::new() };
-        let derived = derived(&mut base)?;
-        if derived.is_empty() {
-            batch.add(base, &origin)?;
-        }
-        for document in derived {
-            batch.add(document, &origin)?;
+        for path in paths.iter().map(AsRef::as_ref) {
+            let sources = Sources::open(path, overrides)?;
+            let mut base = Document::parse(&sources)?;
+            let origin = Origin::of(path, overrides);
+            let derived = derived(&mut base)?;
+            if derived.is_empty() {
+                batch.add(base, &origin)?;
+            }
+            for document in derived {
+                batch.add(document, &origin)?;
+            }
         }
         let mut names = BTreeSet::new();
         match batch.studies.iter().find(|study| !names.insert(&study.name)) {

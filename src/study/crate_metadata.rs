@@ -38,6 +38,10 @@ const KNOWN: &[(&str, &str, &str)] = &[
     ("curves.svg", "image/svg+xml", "Scores against the swept parameter"),
     ("curves.csv", "text/csv", "Scores against the swept parameter: mean, least, greatest"),
     ("contact.svg", "image/svg+xml", "The roots of every point side by side"),
+    ("study", "application/toml", "The study file"),
+    ("input", "image/jpeg", "What the study reads: photographs, cameras, tank"),
+    ("results", "application/json", "The results of each study, a folder each"),
+    ("nodes", "application/x-tar", "Nodes of the store, packed"),
     ("points", "text/csv", "The numbers of every point, a folder each"),
     ("study.lock", "application/json", "Every parameter, version and digest; `rootvox rerun` repeats it"),
 ];
@@ -81,6 +85,19 @@ impl Made {
             host: latest.map(|m| m.host.clone()).unwrap_or_default(),
             resident_peak_bytes: reached.iter().filter_map(|n| report.manifest(*n)?.resident_peak_bytes).max(),
         }
+    }
+}
+
+/// What a page of metadata says of the run that made a result; nothing where it is no such page.
+pub fn made(page: &[u8]) -> Made {
+    let page: Value = serde_json::from_slice(page).unwrap_or_default();
+    let entity = |id: &str| page["@graph"].as_array()?.iter().find(|entity| entity["@id"] == id);
+    let text = |id: &str, name: &str| entity(id)?[name].as_str().map(str::to_owned);
+    let host = text("#run", "description").and_then(|d| Some(d.split('`').nth(1)?.to_owned()));
+    Made {
+        time: text("#run", "endTime").unwrap_or_default(),
+        host: host.unwrap_or_default(),
+        resident_peak_bytes: text("#resident-peak", "value").and_then(|bytes| bytes.parse().ok()),
     }
 }
 

@@ -111,9 +111,11 @@ impl StudyNodes {
         let mut targets = self.numbers();
         targets.extend(self.measures());
         if let Some(shown) = &self.shown {
-            targets.extend([shown.volume, shown.labels, shown.sight]);
+            // Also what is read of nodes that others rest on: a store far away gives the values of targets only.
+            targets.extend([self.system, shown.volume, shown.labels, shown.sight]);
             targets.extend(&shown.overlays);
-            targets.extend(self.calibration.as_ref().map(|c| c.pictures));
+            targets.extend(self.calibration.iter().flat_map(|c| [c.mask, c.pose, c.pictures]));
+            targets.extend(self.corrections.as_ref().map(|c| c.corrections));
             targets.extend(&shown.root_overlays);
             targets.extend(&shown.previews);
             targets.extend(&shown.root_lines);

@@ -12,5 +12,7 @@ mod kill;
 mod photos;
 mod reruns;
 mod runs;
+mod shared_cache;
 mod simulation;
 mod sweeps;
+mod workers;

@@ -11,3 +11,4 @@ mod speed;
 mod streaming;
 mod toy;
 mod upstream;
+mod workers;

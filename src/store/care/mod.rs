@@ -2,7 +2,7 @@
 
 mod collect;
 mod pins;
-mod verify;
+pub(super) mod verify;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

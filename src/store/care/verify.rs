@@ -49,7 +49,10 @@ impl Store {
         let folders = self.node_folders()?;
         let done = std::sync::atomic::AtomicUsize::new(0);
         let check = |folder: &PathBuf| -> Result<(u64, Option<Bad>)> {
-            let found = check_node(folder);
+            let found = match key_of(folder) {
+                Some(key) => check_node(folder, key),
+                None => Err(Error::failed("its folder is not named after a key")),
+            };
             step(done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, folders.len())?;
             Ok(match found {
                 Ok(bytes) => (bytes, None),
@@ -77,12 +80,12 @@ fn key_of(folder: &Path) -> Option<Key> {
     folder.file_name().and_then(|name| name.to_str()).and_then(Digest::parse)
 }
 
-/// Bytes of the sound node in `folder`, or what is wrong with it.
-fn check_node(folder: &Path) -> Result<u64> {
+/// Bytes of the sound node of that key in `folder`, or what is wrong with it.
+pub(in crate::store) fn check_node(folder: &Path, key: Key) -> Result<u64> {
     let path = folder.join("manifest.json");
     let text = std::fs::read(&path).map_err(|e| Error::io("read", &path, e))?;
     let manifest: Manifest = serde_json::from_slice(&text).map_err(|e| Error::io("understand", &path, e))?;
-    if manifest.format != FORMAT || key_of(folder) != Some(manifest.key) {
+    if manifest.format != FORMAT || manifest.key != key {
         return Err(Error::failed("the manifest belongs to another node"));
     }
     if digest::of_members(&manifest.members) != manifest.digest {

@@ -1,0 +1,122 @@
+//! Who holds a claim or a folder of drafts, and whether they still live.
+//!
+//! A holder writes who it is into a file and touches the file every [`BEAT`]. On the same machine the system is asked
+//! whether the process lives; of another machine the touches tell. No file locks: network file systems refuse them, or
+//! grant them to everybody.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, SystemTime};
+
+use serde::{Deserialize, Serialize};
+use sysinfo::{Pid, ProcessRefreshKind, ProcessesToUpdate, System};
+
+/// How often a holder touches its files.
+pub(super) const BEAT: Duration = Duration::from_secs(10);
+
+/// Clocks tell the start of one process to within this, seconds.
+const SAME_START_S: u64 = 2;
+
+/// A process that holds something.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Holder {
+    /// Its machine.
+    pub host: String,
+    /// The space that its number counts in: containers of one machine may count apart.
+    pub(super) space: String,
+    /// Its number.
+    pub process: u32,
+    /// When it began, seconds since 1970: numbers come back.
+    pub(super) began: u64,
+    /// What it holds, for people: the label of a node.
+    pub what: String,
+    /// Since when (RFC 3339).
+    pub since: String,
+    /// Tells one hold from the next.
+    pub(super) turn: u64,
+}
+
+struct This {
+    host: String,
+    space: String,
+    began: u64,
+}
+
+static THIS: LazyLock<This> = LazyLock::new(|| This {
+    host: gethostname::gethostname().to_string_lossy().into_owned(),
+    space: std::fs::read_link("/proc/self/ns/pid").map(|l| l.to_string_lossy().into_owned()).unwrap_or_default(),
+    began: began(std::process::id()).unwrap_or_default(),
+});
+
+static TURN: AtomicU64 = AtomicU64::new(0);
+
+/// When a process of this machine began; `None` where there is none of this number.
+fn began(process: u32) -> Option<u64> {
+    let (mut system, pid) = (System::new().ok()?, Pid::from_u32(process));
+    let what = ProcessRefreshKind::nothing().without_tasks();
+    system.refresh_processes_specifics(ProcessesToUpdate::Some(&[pid]), true, what);
+    system.process(pid).map(|process| process.start_time())
+}
+
+impl Holder {
+    /// This process, holding `what`.
+    pub(super) fn this(what: &str) -> Self {
+        Self {
+            host: THIS.host.clone(),
+            space: THIS.space.clone(),
+            process: std::process::id(),
+            began: THIS.began,
+            what: what.to_owned(),
+            since: jiff::Timestamp::now().to_string(),
+            turn: TURN.fetch_add(1, Ordering::Relaxed),
+        }
+    }
+
+    /// Whether this machine knows that the process is gone.
+    pub(super) fn is_gone(&self) -> bool {
+        let here = self.host == THIS.host && self.space == THIS.space;
+        here && began(self.process).is_none_or(|began| began.abs_diff(self.began) > SAME_START_S)
+    }
+
+    /// Writes it to a new file.
+    pub(super) fn write(&self, file: &mut File) -> std::io::Result<()> {
+        file.write_all(&serde_json::to_vec(self)?)
+    }
+
+    /// The holder in the text of a file; `None` while it is being written.
+    pub(super) fn parse(text: &[u8]) -> Option<Self> {
+        serde_json::from_slice(text).ok()
+    }
+}
+
+/// Whether the holder named in the file at `path` is gone: known to be, or silent for `patience` by the clocks.
+pub(super) fn is_abandoned(path: &Path, patience: Duration) -> bool {
+    let Ok(text) = std::fs::read(path) else { return false };
+    if Holder::parse(&text).is_some_and(|holder| holder.is_gone()) {
+        return true;
+    }
+    let touched = std::fs::metadata(path).and_then(|meta| meta.modified()).ok();
+    touched.and_then(|time| SystemTime::now().duration_since(time).ok()).is_some_and(|age| age > patience)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_process_lives_while_it_runs_and_a_number_that_came_back_is_another() {
+        let this = Holder::this("merge");
+        assert!(!this.is_gone());
+        assert!(Holder { began: this.began - 100, ..this.clone() }.is_gone());
+        assert!(!Holder { host: "elsewhere".into(), began: 0, ..this.clone() }.is_gone(), "nothing is known of others");
+        let mut child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
+        let other = Holder { process: child.id(), began: began(child.id()).unwrap(), ..this };
+        assert!(!other.is_gone());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(other.is_gone());
+    }
+}
