@@ -5,10 +5,10 @@
 
 Runs the study of one plant with one core (times and sizes of its nodes), counts under strace (where it is there) the
 requests that a worker makes of the file system per node, and lays the nodes of many such plants out on 1 to 1,000
-workers as the engine does: the longest path first, inputs before consumers. Prints tables (Markdown) for docs/scale.md.
-What is measured once stays in FOLDER.
+workers as the engine does: the longest path first, inputs before consumers. Prints tables (Markdown) for docs/scale.md. What is measured once
+stays in FOLDER, which has to be empty at first.
 
-The model: a worker spends the node's measured seconds, and --latency for each request that it makes of the file server,
+The model: a worker spends the node's measured seconds (scaled to the processor time of the run), and --latency for each request that it makes of the file server,
 for the node itself and for each node that another worker was faster at. The server answers --server requests a second
 and moves --bandwidth MB a second; a batch cannot end before it has. Plants are independent, so that nodes of all plants
 compete for workers; batches of --batch plants share one study file, which bounds what each worker looks through.
@@ -18,6 +18,7 @@ import argparse
 import heapq
 import json
 import pathlib
+import resource
 import subprocess
 import sys
 
@@ -26,7 +27,10 @@ CALLS = "open,openat,creat,mkdir,mkdirat,rename,renameat,renameat2,link,linkat,u
 
 def run(rootvox, study, cache, results, *more):
     command = [rootvox, "run", str(study), "--threads", "1", "--cache", str(cache), "--results", str(results), *more]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def plant(cache, lock):
@@ -101,12 +105,17 @@ def main():
     args = parser.parse_args()
     args.work.mkdir(parents=True, exist_ok=True)
     cache, results = args.work / "cache", args.work / "results"
-    if not results.exists():
-        run(args.rootvox, args.study, cache, results)
+    processor = args.work / "processor.json"
+    if not processor.exists():
+        processor.write_text(json.dumps(run(args.rootvox, args.study, cache, results)))
     locks = sorted(results.glob("*/study.lock"))
     if not locks:
         sys.exit(f"no results in {results}")
     nodes = plant(cache, locks[0])
+    # One core computes one node at a time: what its processor time lacks, others on the machine had.
+    share = min(1.0, json.loads(processor.read_text()) / sum(n["seconds"] for n in nodes))
+    for node in nodes:
+        node["seconds"] *= share
     seconds, size = sum(n["seconds"] for n in nodes), sum(n["bytes"] for n in nodes)
     computed, found = requests_per_node(args, nodes)
     per_plant = dict(nodes=len(nodes), seconds=seconds, bytes=size, critical=lay_out(nodes, 1, 10**6, 0.0))
