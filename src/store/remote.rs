@@ -111,7 +111,7 @@ impl Remote {
 
     fn complain(&self, text: String, is_down: bool) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        if !state.is_down {
+        if !state.is_down && !state.complaints.contains(&text) {
             state.complaints.push(text);
         }
         state.is_down |= is_down;

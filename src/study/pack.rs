@@ -121,7 +121,9 @@ impl Parcel<'_> {
             if settings.corrections_file.as_ref() == Some(&path) || (is_photograph && !self.photographs) {
                 continue;
             }
-            let inside = path.strip_prefix(&settings.input_dir).map_err(|_| {
+            let whole = |path: &Path| std::path::absolute(path).map_err(|e| Error::io("find", path, e));
+            let (file, capture) = (whole(&path)?, whole(&settings.input_dir)?);
+            let inside = file.strip_prefix(&capture).map_err(|_| {
                 Error::usage(format!("`{}` lies outside of the capture's folder", path.display()))
                     .help("put what the study reads into the folder that photos.dir names")
             })?;

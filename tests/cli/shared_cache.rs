@@ -92,7 +92,7 @@ fn run_over(capture: &Capture, lock: &str, upstream: &str) -> String {
     text
 }
 
-/// The object of the stage's one node.
+/// The object of the stage's one node; of a stage whose values results read: those of others are not fetched.
 fn object(capture: &Capture, stage: &str) -> PathBuf {
     let mut objects = fs::read_dir(capture.path(&format!("pushed/packed-v1/{stage}"))).expect("objects");
     objects.next().expect("an object").expect("entry").path()
@@ -126,24 +126,24 @@ fn what_was_pushed_is_not_computed_again() {
 fn objects_that_are_damaged_cut_or_missing_are_computed_here() {
     let (capture, lock) = pushed();
     let address = serve(&capture.path("pushed"), Manner::Well);
-    let merge = object(&capture, "merge");
-    let sound = fs::read(&merge).expect("can read");
+    let volume = object(&capture, "volume");
+    let sound = fs::read(&volume).expect("can read");
     let find = |word: &[u8]| sound.windows(word.len()).position(|w| w == word).expect("is in it") + 1;
     let flips = [sound.len() / 2, find(b"chunk_shape"), find(b"seconds")];
     for at in flips {
         let mut flipped = sound.clone();
         flipped[at] ^= 1;
-        fs::write(&merge, &flipped).expect("can write");
+        fs::write(&volume, &flipped).expect("can write");
         let text = run_over(&capture, &lock, &address);
         assert!(text.contains("is not used") && text.contains("computed here"), "bit at {at}: {text}");
         assert!(super::runs::computed(&text) > 0, "{text}");
     }
     for keep in [0, 100, 700, sound.len() / 3, sound.len() - 2000] {
-        fs::write(&merge, &sound[..keep]).expect("can write");
+        fs::write(&volume, &sound[..keep]).expect("can write");
         let text = run_over(&capture, &lock, &address);
         assert!(text.contains("is not used"), "cut to {keep}: {text}");
     }
-    fs::remove_file(&merge).expect("can remove");
+    fs::remove_file(&volume).expect("can remove");
     let text = run_over(&capture, &lock, &address);
     assert!(super::runs::computed(&text) > 0 && !text.contains("warning"), "{text}");
 }
@@ -152,21 +152,21 @@ fn objects_that_are_damaged_cut_or_missing_are_computed_here() {
 fn a_promise_of_ten_terabytes_and_names_that_lead_out_are_refused() {
     let (capture, lock) = pushed();
     let address = serve(&capture.path("pushed"), Manner::Well);
-    let merge = object(&capture, "merge");
-    let sound = fs::read(&merge).expect("can read");
+    let volume = object(&capture, "volume");
+    let sound = fs::read(&volume).expect("can read");
     let text = String::from_utf8_lossy(&sound).into_owned();
     // The sizes in the manifest, digit for digit, so that the archive stays one.
     let at = text.find("\"bytes\": ").expect("a size") + 9;
     let digits = text[at..].find(|c: char| !c.is_ascii_digit()).expect("an end");
     let mut vast = sound.clone();
     vast[at..at + digits].copy_from_slice("9".repeat(digits).as_bytes());
-    fs::write(&merge, &vast).expect("can write");
+    fs::write(&volume, &vast).expect("can write");
     let said = run_over(&capture, &lock, &address);
     assert!(said.contains("is not used"), "{said}");
 
     // A whole archive that promises 10 TB, made anew.
     let promise = |name: &str, bytes: &str| {
-        let manifest = capture.path("lab/v1/nodes/merge");
+        let manifest = capture.path("lab/v1/nodes/volume");
         let folder = fs::read_dir(manifest).expect("nodes").next().expect("a node").expect("entry").path();
         let mut json: serde_json::Value =
             serde_json::from_slice(&fs::read(folder.join("manifest.json")).expect("can read")).expect("JSON");
@@ -183,12 +183,12 @@ fn a_promise_of_ten_terabytes_and_names_that_lead_out_are_refused() {
         };
         add("manifest.json", json.to_string().as_bytes());
         add(name, b"evil");
-        fs::write(&merge, archive.into_inner().expect("an archive")).expect("can write");
+        fs::write(&volume, archive.into_inner().expect("an archive")).expect("can write");
         run_over(&capture, &lock, &address)
     };
-    let said = promise("merged/zarr.json", "10000000000000");
-    assert!(said.contains("promises 10000000000000 bytes"), "{said}");
-    for name in ["../../evil", "/tmp/rootvox-evil", "merged/../../evil", "manifest.json"] {
+    let said = promise("volume.ome.zarr/zarr.json", "10000000000000");
+    assert!(said.contains("its manifest promises 1000000"), "{said}");
+    for name in ["../../evil", "/tmp/rootvox-evil", "volume.ome.zarr/../../evil", "manifest.json"] {
         let said = promise(name, "4");
         assert!(said.contains("does not belong into it"), "{name}: {said}");
     }
