@@ -24,6 +24,7 @@ mod score_table;
 mod simulate;
 mod status;
 mod trace;
+mod trial;
 mod verify;
 mod watch;
 mod why;

@@ -14,3 +14,4 @@ mod reruns;
 mod runs;
 mod simulation;
 mod sweeps;
+mod trials;
