@@ -15,12 +15,14 @@ mod evaluate;
 mod explain;
 mod export;
 mod export_cameras;
+mod init;
 mod options;
 mod progress;
 mod reach;
 mod rerun;
 mod run;
 mod score_table;
+mod shell;
 mod simulate;
 mod status;
 mod trace;
@@ -30,12 +32,12 @@ mod watch;
 mod why;
 
 use crate::error::Result;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// 3D root systems from photographs of a plant in a water-filled transparent cylinder.
 ///
 /// A study is a TOML file that names photographs, cameras and tank; see pipelines/ for examples.
-/// Start with:  rootvox run pipelines/quickstart.toml
+/// Start with:  rootvox run pipelines/quickstart.toml  or, with photographs:  rootvox init FOLDER
 #[derive(Parser)]
 #[command(name = "rootvox", version, arg_required_else_help = true)]
 struct Arguments {
@@ -45,6 +47,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    Init(init::Init),
     Run(run::Run),
     Rerun(rerun::Rerun),
     Status(status::Status),
@@ -57,6 +60,8 @@ enum Command {
     Export(export::Export),
     Cache(cache::Cache),
     Doctor(doctor::Doctor),
+    Completions(shell::Completions),
+    Man(shell::Man),
 }
 
 /// Parses the arguments of this process and does what they say.
@@ -65,6 +70,7 @@ enum Command {
 /// Whatever the subcommand met; the error's kind decides the exit code.
 pub fn run() -> Result<()> {
     match Arguments::parse().command {
+        Command::Init(c) => c.run(),
         Command::Run(c) => c.run(),
         Command::Rerun(c) => c.run(),
         Command::Status(c) => c.run(),
@@ -77,5 +83,10 @@ pub fn run() -> Result<()> {
         Command::Export(c) => c.run(),
         Command::Cache(c) => c.run(),
         Command::Doctor(c) => c.run(),
+        Command::Completions(c) => {
+            c.run(Arguments::command());
+            Ok(())
+        }
+        Command::Man(c) => c.run(Arguments::command()),
     }
 }

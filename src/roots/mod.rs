@@ -36,7 +36,7 @@ pub struct Root {
     pub id: i64,
     /// The root it springs from; -1 for none.
     pub parent: i64,
-    /// Branching order: 0 for the taproot, 1 for its laterals and so on.
+    /// Branching order: 0 for the taproot, or for all crown roots of a plant without one; 1 for their laterals and so on.
     pub order: u32,
     /// Centreline points in the tank frame, mm.
     #[serde(rename = "points")]

@@ -16,7 +16,7 @@ pub struct Hierarchy {
 
 impl Stage for Hierarchy {
     const NAME: &'static str = "hierarchy";
-    const VERSION: u32 = 11;
+    const VERSION: u32 = 12;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let pieces: Pieces = inputs.one("pieces")?.json("pieces.json")?;

@@ -6,6 +6,7 @@ pub mod command;
 pub mod cost;
 pub mod crate_metadata;
 pub mod document;
+pub mod draft;
 mod evident;
 pub mod folder;
 pub mod graph;

@@ -8,6 +8,7 @@ mod corrections;
 mod explain;
 mod explained;
 mod figure6;
+mod init;
 mod kill;
 mod photos;
 mod reruns;

@@ -130,8 +130,7 @@ fn report(pieces: &Pieces, lines: &[Line<'_>], hangs: &[Hang], log: &mut Vec<Rep
                 let at = line.at(if end == End::First { 0 } else { line.last() });
                 let out = pieces.out_of_sight.iter().find(|o| o.piece == k && o.end == end);
                 let (way, whither) = out.map_or((0.0, "up"), |o| (o.way_mm, if o.below { "down" } else { "up" }));
-                let reason =
-                    format!("runs out of sight {way:.1} mm on, {whither}wards: taken for a lateral of the base root");
+                let reason = format!("runs out of sight {way:.1} mm on, {whither}wards: hung on what is hidden there");
                 log.push(Repair::new(Kind::Inferred, &at, 0.0, reason));
             }
             Hang::On { parent, parent_point, point } if point > 0 && point < line.last() => {

@@ -11,6 +11,8 @@
 //!   goes on, wherever something hangs, in the branch that bends least, keeps its thickness and leads farthest:
 //!   the greatest `− ½ (bend / bend_deg)² − ½ (ln (thickness ratio) / thinner)² + ½ ln reach`, each term limited; for the base
 //!   root, which grows downwards, also `− ½ (angle to the vertical / down_deg)²`. The others are its laterals.
+//! - **Crown** ([`crown`]): a base root that is no thicker than what else runs out of sight upwards is no taproot; all these are
+//!   of order 0.
 //! - **Rejoining** ([`rejoin`]): roots that seem to end at a crossing go on in what lies beyond.
 //! - **Drawing** ([`draw`]): one smooth line each. A lateral that springs where its parent still runs along an older root
 //!   hangs on that one. Left out are tips that few photographs show, roots that few see past others, specks, spurs; numbers by
@@ -19,6 +21,7 @@
 pub mod arborescence;
 pub mod attach;
 pub mod base;
+pub mod crown;
 pub mod draw;
 pub mod passing;
 pub mod rejoin;
@@ -102,13 +105,14 @@ pub fn arrange(pieces: &Pieces, params: &HierarchyParams) -> Result<RootSystem> 
         let mut log = Vec::new();
         let hangs = attach::attach(pieces, &lines, &passings, base, params, &mut log);
         let grown = walk::walk(&lines, base, &hangs, pieces, params);
-        (base::weight_mm2(&lines, &grown[0].parts), grown, log)
+        (base::seen_from_side(&lines, &grown[0].parts).0, grown, log)
     };
     let tried = base::candidates(&lines).into_iter().map(grow);
-    let Some((_, grown, log)) = tried.reduce(|best, next| if next.0 > best.0 { next } else { best }) else {
+    let Some((_, mut grown, log)) = tried.reduce(|best, next| if next.0 > best.0 { next } else { best }) else {
         return Ok(RootSystem { roots: Vec::new(), spread_px: pieces.spread_px, repairs });
     };
     repairs.extend(log);
+    crown::share(&lines, pieces, &mut grown, &mut repairs);
     let grown = rejoin::rejoin(&lines, grown, pieces, &mut repairs);
     let roots = draw::draw(&lines, grown, pieces, params, &mut repairs);
     Ok(RootSystem { roots, spread_px: pieces.spread_px, repairs })

@@ -101,7 +101,7 @@ const TRAITS: &[(&str, usize, &str, &str)] = &[
 const COLUMNS: &[(&str, &str, &str)] = &[
     ("root_id", "Root", "Number of the root."),
     ("parent_id", "Parent", "Number of the root that it springs from; −1 for none."),
-    ("order", "Order", "0 for the base root, 1 for its laterals, and so on."),
+    ("order", "Order", "0 for the taproot or the crown roots, 1 for their laterals, and so on."),
     ("length", "Length", "Arc length of the centreline."),
     ("tortuosity", "Tortuosity", "Path over chord of base and tip, 1 or more."),
     ("mean_diameter", "Mean diameter", "Mean over the centreline, weighted by length."),

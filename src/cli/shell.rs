@@ -1,0 +1,50 @@
+//! `rootvox completions` and `rootvox man`: what shells and `man` know of the program.
+
+use crate::error::{Error, Result};
+use clap::{Args, Command};
+use clap_complete::Shell;
+use std::path::PathBuf;
+
+/// Print what makes a shell complete rootvox's commands and options.
+///
+/// Examples:
+///   rootvox completions bash > ~/.local/share/bash-completion/completions/rootvox
+///   rootvox completions zsh > ~/.zfunc/_rootvox
+///   rootvox completions fish > ~/.config/fish/completions/rootvox.fish
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub struct Completions {
+    /// The shell.
+    shell: Shell,
+}
+
+impl Completions {
+    /// Prints the script.
+    pub fn run(&self, mut command: Command) {
+        clap_complete::generate(self.shell, &mut command, "rootvox", &mut std::io::stdout());
+    }
+}
+
+/// Write the manual pages, one for each command.
+///
+/// Example:
+///   rootvox man ~/.local/share/man/man1 && man rootvox-run
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub struct Man {
+    /// Folder to write into; made when it is not there.
+    folder: PathBuf,
+}
+
+impl Man {
+    /// Writes the pages.
+    ///
+    /// # Errors
+    /// A folder that cannot be written into.
+    pub fn run(&self, command: Command) -> Result<()> {
+        std::fs::create_dir_all(&self.folder).map_err(|e| Error::io("make", &self.folder, e))?;
+        clap_mangen::generate_to(command, &self.folder).map_err(|e| Error::io("write", &self.folder, e))?;
+        eprintln!("manual pages written: {}", self.folder.display());
+        Ok(())
+    }
+}
