@@ -90,8 +90,9 @@ pub fn write(
     let (failed, unfollowed) = (tried.failures(), tried.unfollowed());
     let count = batch.studies.len();
     eprintln!(
-        "{}: {count} captures, {} failed; results of {written} written: {}",
+        "{}: {count} capture{}, {} failed; results of {written} written: {}",
         trial.name,
+        if count == 1 { "" } else { "s" },
         failed.len(),
         folder.display()
     );

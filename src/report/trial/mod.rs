@@ -74,9 +74,10 @@ pub struct Page<'a> {
 }
 
 /// Traits that the figures show, where they are.
-const SHOWN: [&str; 7] = [
+const SHOWN: [&str; 8] = [
     "total_root_length_mm",
     "elongation_mm_per_day",
+    "elongation_order_1_mm_per_day",
     "root_count",
     "mean_diameter_mm",
     "depth_max_mm",
@@ -266,6 +267,7 @@ fn label(name: &str) -> String {
         Some(meaning) if meaning.unit.is_empty() => escape(&meaning.label),
         Some(meaning) => format!("{}, {}", escape(&meaning.label), meaning.unit),
         None if name == "elongation_mm_per_day" => "Elongation of a root, mm per day".to_owned(),
+        None if name == "elongation_order_1_mm_per_day" => "Elongation, order 1, mm per day".to_owned(),
         None => escape(name),
     }
 }
