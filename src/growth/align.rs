@@ -1,6 +1,6 @@
 //! One day's tank frame in another's, from the printed belts alone.
 //!
-//! The unrolled prints of both days are normalised ([`Pattern`]). All azimuths and depths within [`REACH_MM`] are tried on coarse
+//! The unrolled prints of both days are normalised ([`Pattern`]). All azimuths and depths within 3 mm are tried on coarse
 //! cells; from the best on, a rigid motion of six numbers is refined by Gauss-Newton on the finest cells of all belts. On the
 //! wall a small turn ω and shift t of the frame move a point at azimuth θ and depth z by
 //!
@@ -9,8 +9,8 @@
 //! down:            r (ω_x sin θ − ω_y cos θ) + t_z
 //! ```
 //!
-//! so that belts above and below fix all six. Two prints are the same where they correlate by [`SAME`] at least; another print is
-//! refused. Standard deviations follow from the residuals, blots of [`BLOT_MM`] counting as one observation each.
+//! so that belts above and below fix all six. Two prints are the same where they correlate by 0.35 at least; another print is
+//! refused. Standard deviations follow from the residuals, blots of 1.2 mm counting as one observation each.
 
 use super::motion::Motion;
 use super::pattern::Pattern;

@@ -1,6 +1,6 @@
 //! One day's tank frame in another's, from the roots themselves: where belts tell nothing.
 //!
-//! All azimuths in steps of [`STEP_DEG`] are tried: how much of the earlier roots' length lies near the later ones, within [`NEAR_MM`]. From the
+//! All azimuths in steps of a degree are tried: how much of the earlier roots' length lies near the later ones, within 3 mm. From the
 //! best on, each place of an earlier root pulls the later day by its nearest point, fewer millimetres away in each round (iterated
 //! closest points, the farthest left out). A best azimuth that another one equals, far from it, tells nothing.
 

@@ -13,6 +13,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub const ODD: f64 = 3.5;
 /// Fewer plants of a group say nothing of what is usual in it.
 const LEAST: usize = 4;
+/// Robust standard deviations are taken as this share of the median at least.
+const LEAST_SPREAD: f64 = 0.1;
 
 /// Two groups against each other in one number per plant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -72,8 +74,8 @@ pub fn oddness(values: &[f64]) -> Vec<f64> {
     }
     let middle = median(&mut sound.clone());
     let spread = 1.4826 * median(&mut sound.iter().map(|x| (x - middle).abs()).collect::<Vec<_>>());
-    // A tenth of a percent is no oddity, however alike the others are.
-    let spread = spread.max(1e-3 * middle.abs());
+    // A third more or less is no oddity, however alike a few others are.
+    let spread = spread.max(LEAST_SPREAD * middle.abs());
     values.iter().map(|x| if spread > 0.0 { (x - middle) / spread } else { 0.0 }).collect()
 }
 
@@ -119,5 +121,7 @@ mod tests {
         let odd = oddness(&[10.0, 11.0, 9.0, 10.0, 30.0, f64::NAN]);
         assert!(odd[4] > ODD && odd[0].abs() < 1.0 && odd[5].is_nan());
         assert_eq!(oddness(&[1.0, 2.0, 90.0]), [0.0; 3]);
+        // Nine roots where all others have eight.
+        assert!(oddness(&[8.0, 8.0, 8.0, 8.0, 8.0, 9.0])[5] < ODD);
     }
 }

@@ -1,7 +1,7 @@
 //! The print of a belt unrolled: what the photographs show on the tank's outer wall, by azimuth and depth.
 //!
 //! Columns run around the tank from azimuth 0 in the sense of rising azimuth, rows down; cells are squares of about
-//! [`CELL_MM`]. A cell's gray is the mean over the photographs that see it within [`MAX_INCIDENCE_DEG`] of the wall's normal,
+//! [`CELL_MM`]. A cell's gray is the mean over the photographs that see it within 60 degrees of the wall's normal,
 //! weighted by the squared cosine of that angle: the sides of a cylinder cancel. Belts lie in air, so lines of sight are straight.
 
 use crate::optics::{Vec3, View};

@@ -32,7 +32,7 @@ pub struct Interval {
     /// Share of the earlier root that lies on the later.
     #[serde(with = "nan")]
     pub overlap: [f64; 1],
-    /// What lies on the later day beyond the earlier's tip, mm; NaN where less than [`TRUSTED`] of the root lies on its later self.
+    /// What lies on the later day beyond the earlier's tip, mm; NaN where less than three quarters of the root lies on its later self.
     #[serde(with = "nan")]
     pub elongation_mm: [f64; 1],
     /// Roots that spring from it on the later day for the first time.
@@ -43,7 +43,7 @@ pub struct Interval {
 }
 
 /// Share of a root that has to lie on its later self for its growth to be told.
-pub const TRUSTED: f64 = 0.75;
+const TRUSTED: f64 = 0.75;
 
 /// NaN has no form in JSON: null stands for it.
 mod nan {

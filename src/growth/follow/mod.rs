@@ -1,7 +1,7 @@
 //! Roots over days: which root of a later day is which of an earlier one.
 //!
 //! All days stand in one frame. A root that grows at its tip lies on its later self: of every earlier root and every later one, the
-//! length of the earlier that lies within [`FollowParams::within_mm`] of the later and runs with it ([`overlap`]). Pairs are taken from
+//! length of the earlier that lies within [`FollowParams::within_mm`] of the later and runs with it. Pairs are taken from
 //! the most length on, weighed by the share of the earlier root that it is; each root once. What is left of the later day is new, what
 //! is left of the earlier vanished: hidden or dead, it is looked for again on every later day where it was seen last.
 
@@ -118,7 +118,7 @@ struct Last {
 }
 
 /// Follows the roots of `days`, each the roots of one day in the common frame with its time in days. Days help each other tell roots
-/// apart: forks are settled by earlier days ([`rehang`]), then every day is read by the next ([`later`]).
+/// apart: forks are settled by earlier days (`rehang`), then every day is read by the next (`later`).
 pub fn follow(days: &mut [(f64, Vec<TracedRoot>)], params: &FollowParams) -> Growth {
     let mut all: Vec<Vec<TracedRoot>> = days.iter_mut().map(|(_, roots)| std::mem::take(roots)).collect();
     let mut rehung = rehang::rehang(&mut all, params.within_mm);

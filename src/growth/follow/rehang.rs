@@ -168,14 +168,14 @@ fn exchange(roots: &mut [TracedRoot], fork: &Fork) -> [f64; 3] {
     let place_mm = through.root.points_mm[at];
     // Who springs from which tail, before they change.
     let beyond = |r: &TracedRoot| r.root.points_mm.first().is_some_and(|base| cut(&through, base).0 > at);
-    for n in 0..roots.len() {
+    for (n, other) in roots.iter_mut().enumerate() {
         if n == fork.branch || n == fork.through {
             continue;
         }
-        if roots[n].root.parent == branch.root.id {
-            roots[n].root.parent = through.root.id;
-        } else if roots[n].root.parent == through.root.id && beyond(&roots[n]) {
-            roots[n].root.parent = branch.root.id;
+        if other.root.parent == branch.root.id {
+            other.root.parent = through.root.id;
+        } else if other.root.parent == through.root.id && beyond(other) {
+            other.root.parent = branch.root.id;
         }
     }
     roots[fork.through] = joined(&through, 0..at + 1, Some(&branch));

@@ -135,5 +135,5 @@ fn odd(tried: &Tried<'_>, all: &[Option<Gathered>]) -> Vec<Vec<String>> {
 }
 
 fn short(value: f64) -> String {
-    if value.abs() >= 100.0 { format!("{value:.0}") } else { format!("{value:.2}") }
+    if value.abs() >= 100.0 || value.fract() == 0.0 { format!("{value:.0}") } else { format!("{value:.2}") }
 }

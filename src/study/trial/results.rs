@@ -3,7 +3,7 @@
 //! Written beside itself and swapped in by rename, as the results of a single study. Captures that failed are in `quality.csv` with
 //! their reason, and on the page.
 
-use super::{Trial, gather, page, tables};
+use super::{Days, Trial, gather, page, tables};
 use crate::error::{Error, Result};
 use crate::flow::{NodeId, Report};
 use crate::study::batch::{Batch, Point, Study};
@@ -65,9 +65,8 @@ impl<'a> Tried<'a> {
 
     /// Plants whose captures went through and whose roots still could not be followed, each named.
     pub fn unfollowed(&self) -> Vec<Error> {
-        let sound = |n: &&usize| self.failed[**n].is_some();
-        let days =
-            self.trial.days.iter().zip(&self.unfollowed).filter(|(d, _)| d.captures.iter().find(sound).is_none());
+        let is_sound = |days: &Days| !days.captures.iter().any(|n| self.failed[*n].is_some());
+        let days = self.trial.days.iter().zip(&self.unfollowed).filter(|(days, _)| is_sound(days));
         days.filter_map(|(days, fault)| Some(fault.clone()?.at(format!("plant {}", days.plant)))).collect()
     }
 
