@@ -1,8 +1,8 @@
 //! Whether a plant stands on a taproot or on many roots.
 //!
-//! Roots that run out of sight upwards spring from what is hidden there. Where the base root's mean thickness is no more than
-//! [`TAPROOT`] times their median, it is one of them, and all have order 0; else it is a taproot, and they are its laterals. The
-//! mean is taken over depth: the area that a way covers seen from the side over how far it leads down.
+//! Roots that run out of sight upwards spring from what is hidden there. Where there are [`FEWEST`] of them and the base root's mean
+//! thickness is no more than [`TAPROOT`] times their median, it is one of them, and all have order 0; else it is a taproot, and
+//! they are its laterals. The mean is taken over depth: the area that a way covers seen from the side over how far it leads down.
 //!
 //! Of a plant without a taproot, roots that touch near the top part in the crown: what springs there from a root of order 0, and
 //! is no thinner than these by more than that factor, is one of them too.
@@ -17,12 +17,14 @@ use crate::roots::trace::Pieces;
 
 /// A taproot is thicker by this factor at least: twice in cross-section.
 const TAPROOT: f64 = std::f64::consts::SQRT_2;
+/// One or two roots out of sight are rather the uppermost laterals of a taproot whose width is misjudged.
+const FEWEST: usize = 3;
 
 /// Gives the base root (the first) its equals, unless it is a taproot: roots that hang on nothing and have order 0.
 pub fn share(lines: &[Line<'_>], pieces: &Pieces, grown: &mut [Grown], log: &mut Vec<Repair>) {
     let hidden: Vec<usize> = (1..grown.len()).filter(|&n| leaves_upwards(lines, pieces, &grown[n])).collect();
     let mut others: Vec<f64> = hidden.iter().map(|&n| thickness_mm(lines, &grown[n])).collect();
-    if others.is_empty() || thickness_mm(lines, &grown[0]) > TAPROOT * median(&mut others) {
+    if others.len() < FEWEST || thickness_mm(lines, &grown[0]) > TAPROOT * median(&mut others) {
         return;
     }
     for n in hidden {
