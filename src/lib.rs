@@ -2,7 +2,7 @@
 //! cylinder into its 3D root system: centrelines, diameters, traits.
 //!
 //! The rooms, in the order of the data; imports run one way, down this list:
-//! [`math`], [`optics`], [`photo`], [`calibration`], [`volume`], [`roots`], [`simulation`],
+//! [`math`], [`optics`], [`photo`], [`calibration`], [`volume`], [`roots`], [`growth`], [`simulation`],
 //! [`evaluation`], [`formats`], [`report`]; beside them the engine, [`store`] and [`flow`], which
 //! knows nothing of roots; above them [`stages`], where domain and engine meet, [`study`] and [`cli`].
 
@@ -12,6 +12,7 @@ pub mod error;
 pub mod evaluation;
 pub mod flow;
 pub mod formats;
+pub mod growth;
 pub mod math;
 pub mod optics;
 pub mod photo;

@@ -13,13 +13,29 @@ const MAY_SEE: &[(&str, &[&str])] = &[
     ("calibration", &["error", "math", "optics", "photo"]),
     ("volume", &["error", "math", "optics", "photo"]),
     ("roots", &["error", "math", "optics", "photo", "volume"]),
+    ("growth", &["error", "math", "optics", "photo", "roots"]),
     // The judge shares no code with the accused: neither `volume` nor `optics::inverse` (below).
     ("simulation", &["error", "math", "optics", "photo", "roots"]),
     ("evaluation", &["error", "math", "optics", "photo", "volume", "roots", "simulation"]),
-    ("formats", &["error", "math", "optics", "photo", "calibration", "volume", "roots", "simulation", "evaluation"]),
+    (
+        "formats",
+        &["error", "math", "optics", "photo", "calibration", "volume", "roots", "growth", "simulation", "evaluation"],
+    ),
     (
         "report",
-        &["error", "math", "optics", "photo", "calibration", "volume", "roots", "simulation", "evaluation", "formats"],
+        &[
+            "error",
+            "math",
+            "optics",
+            "photo",
+            "calibration",
+            "volume",
+            "roots",
+            "growth",
+            "simulation",
+            "evaluation",
+            "formats",
+        ],
     ),
     ("store", &["error"]),
     ("flow", &["error", "store"]),
@@ -33,6 +49,7 @@ const MAY_SEE: &[(&str, &[&str])] = &[
             "calibration",
             "volume",
             "roots",
+            "growth",
             "simulation",
             "evaluation",
             "formats",
@@ -51,6 +68,7 @@ const MAY_SEE: &[(&str, &[&str])] = &[
             "calibration",
             "volume",
             "roots",
+            "growth",
             "simulation",
             "evaluation",
             "formats",
@@ -164,8 +182,19 @@ fn domain_rooms_touch_no_files_clocks_environment_or_terminals() {
         "std::process",
         "std::net",
     ];
-    let rooms =
-        ["math", "optics", "photo", "calibration", "volume", "roots", "simulation", "evaluation", "formats", "report"];
+    let rooms = [
+        "math",
+        "optics",
+        "photo",
+        "calibration",
+        "volume",
+        "roots",
+        "growth",
+        "simulation",
+        "evaluation",
+        "formats",
+        "report",
+    ];
     let mut found = Vec::new();
     for room in rooms {
         for file in rust_files(&src().join(room)) {

@@ -7,6 +7,8 @@
 
 use rootvox::flow::{Engine, Graph};
 use rootvox::store::Store;
+use rootvox::study::batch::Batch;
+use rootvox::study::trial::Trial;
 use rootvox::study::{graph, settings::Settings};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -29,6 +31,15 @@ fn numbers_change_only_with_the_version() {
             if let (Some(stage), Some(key), Some(digest)) = (graph.stage(node), report.key(node), report.digest(node)) {
                 now.entry(stage.to_owned()).or_insert((key.to_string(), digest.to_string()));
             }
+        }
+    }
+    let days = Batch::load(&here.join("data/days.toml"), &[]).expect("the trial is sound");
+    let targets: Vec<_> = days.trial.iter().flat_map(Trial::targets).collect();
+    let report = Engine::new(&store).run(&days.graph, &targets).expect("the days run");
+    for node in days.graph.nodes() {
+        let stage = days.graph.stage(node).filter(|stage| ["print", "align", "follow"].contains(stage));
+        if let (Some(stage), Some(key), Some(digest)) = (stage, report.key(node), report.digest(node)) {
+            now.entry(stage.to_owned()).or_insert((key.to_string(), digest.to_string()));
         }
     }
     let path = here.join("stage_digests.txt");

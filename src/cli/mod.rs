@@ -32,6 +32,7 @@ mod slurm_script;
 mod status;
 mod tally;
 mod trace;
+mod trial;
 mod verify;
 mod watch;
 mod why;

@@ -1,6 +1,7 @@
 //! `rootvox run`: bring a study up to date.
 
 use super::options::{MachineOptions, StoreOptions, StudyOptions, TraceOptions, human_bytes, machine_memory};
+use super::trial::{self, TrialOptions};
 use super::watch::Watch;
 use crate::error::{Error, Result};
 use crate::evaluation::Score;
@@ -23,11 +24,14 @@ use std::path::PathBuf;
 ///   rootvox run pipelines/quickstart.toml
 ///   rootvox run pipelines/licorice.toml --set photos.dir=captures/plant-7 --set extract.high=1.5
 ///   rootvox run pipelines/quickstart.toml --set 'sweep.extract.high=[0.8, 1.0, 1.5]' --best f1_1mm
+///   rootvox run trial.toml --only plant=7
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Run {
     #[command(flatten)]
     study: StudyOptions,
+    #[command(flatten)]
+    captures: TrialOptions,
     #[command(flatten)]
     store: StoreOptions,
     #[command(flatten)]
@@ -51,15 +55,17 @@ impl Run {
     /// # Errors
     /// Faults of the study file, of the photographs and cameras, and of the machine.
     pub fn run(&self) -> Result<()> {
-        let batch = Batch::load(&self.study.study, &self.study.set)?;
+        let batch = self.captures.load(&self.study)?;
         if let (Some(column), false) = (&self.best, batch.studies.iter().any(Study::is_sweep)) {
             return Err(Error::usage(format!("--best {column}: `{}` is no sweep", self.study.study.display()))
                 .help("lay a [sweep] over it, such as --set 'sweep.extract.high=[0.8, 1.0]'"));
         }
+        let of_captures = batch.trial.as_ref().map(|trial| self.results.join(&trial.name));
         for study in &batch.studies {
-            folder::check_place(&self.results, &study.name)?;
+            folder::check_place(of_captures.as_ref().unwrap_or(&self.results), &study.name)?;
         }
         let store = self.store.open()?;
+        let wanted = self.captures.wanted(&batch, &store)?;
         let (targets, threads) = (batch.targets(), self.machine.threads());
         self.forecast(&batch, &store)?;
         let watch = Watch::new(&batch, &store, &targets, threads, self.trace.trace.clone())?;
@@ -72,7 +78,10 @@ impl Run {
         watch.finish()?;
         let (report, failures) = outcome?;
         let mut faults = Vec::new();
-        for study in &batch.studies {
+        if let Some(of) = &batch.trial {
+            faults = trial::write(&self.results, (&batch, of), &wanted, (&report, &failures), &self.study)?;
+        }
+        for study in batch.studies.iter().filter(|_| batch.trial.is_none()) {
             if study.is_sweep() {
                 let swept = Swept::new(&batch, study, &report, &failures);
                 faults.extend(swept.failures());

@@ -2,6 +2,7 @@
 
 use super::explain::{Line, causes_first, folded};
 use super::options::{StoreOptions, StudyOptions, human_bytes};
+use super::trial::{TrialOptions, stale};
 use crate::error::{Error, Result};
 use crate::flow::{Engine, NodeState, Planned};
 use crate::study::batch::{Batch, Study};
@@ -12,11 +13,14 @@ use std::fmt::Write;
 ///
 /// Nothing is computed. Causes come first, then what follows from them: "may run" is a node that is computed again only
 /// if what it reads turns out to have other values. Views that are alike share a line; --all lists each node. Points of
-/// a sweep whose settings are at fault come as errors, as a run reports them.
+/// a sweep whose settings are at fault come as errors, as a run reports them. Of a trial, --stale lists the captures that a
+/// run would compute something for.
 #[derive(Args)]
 pub struct Status {
     #[command(flatten)]
     study: StudyOptions,
+    #[command(flatten)]
+    captures: TrialOptions,
     #[command(flatten)]
     store: StoreOptions,
     /// Write JSON, one object per node, instead of a table.
@@ -34,9 +38,14 @@ impl Status {
     /// Faults of the study file, of single points after the plan of the others, or an unreadable store.
     #[expect(clippy::print_stdout, reason = "the plan is the data")]
     pub fn run(&self) -> Result<()> {
-        let batch = Batch::load(&self.study.study, &self.study.set)?;
+        let batch = self.captures.load(&self.study)?;
         let store = self.store.look()?;
         let plan = Engine::new(&store).status(&batch.graph, &batch.targets())?;
+        if let (true, Some(trial)) = (self.captures.stale, &batch.trial) {
+            let stale = stale(&batch, &plan);
+            trial.captures.iter().zip(stale).filter(|(_, stale)| *stale).for_each(|(c, _)| println!("{}", c.name()));
+            return unsound(&batch);
+        }
         if self.json {
             let all: Vec<&Planned> = plan.nodes().map(|(_, p)| p).collect();
             let text = serde_json::to_string_pretty(&all).map_err(|e| Error::failed(format!("status: {e}")))?;

@@ -6,6 +6,7 @@ pub mod cameras_json;
 pub mod colmap;
 pub mod corrections_toml;
 pub mod gltf;
+pub mod growth_csv;
 pub mod json;
 pub mod metashape;
 pub mod ome_zarr;

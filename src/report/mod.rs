@@ -10,3 +10,4 @@ pub mod overlay;
 pub mod page;
 pub mod palette;
 pub mod ring;
+pub mod trial;

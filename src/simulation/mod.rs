@@ -28,7 +28,7 @@ mod walk;
 
 pub use belt::BeltPrint;
 pub use capture::{CaptureParams, OtherLens, OtherLight, PictureFormat, capture};
-pub use growth::{GrowthParams, LateralParams, MainParams, Preset, grow};
+pub use growth::{AgeParams, GrowthParams, LateralParams, MainParams, Preset, aged, grow};
 pub use misjudge::{MisjudgeParams, misjudged};
 pub use room::RoomParams;
 pub use scene::Scene;

@@ -2,6 +2,7 @@
 //!
 //! To add one: a file here, a line below, a line in `study/graph.rs`.
 
+pub mod align;
 pub mod background;
 pub mod camera;
 pub mod cameras;
@@ -17,6 +18,7 @@ pub mod evidence;
 pub mod evidence_pictures;
 pub mod explain;
 pub mod extract;
+pub mod follow;
 pub mod hierarchy;
 pub mod labels;
 pub mod lattice;
@@ -28,6 +30,7 @@ mod photographs;
 pub mod pose;
 pub mod pose_pictures;
 pub mod preview;
+pub mod print;
 pub mod render;
 pub mod render_patch;
 pub mod root_lines;

@@ -54,6 +54,7 @@ impl Stage for Traits {
             user: "rootvox".to_owned(),
             file_key: self.study.clone(),
             image: None,
+            sequence: None,
         };
         output.bytes("roots.rsml", rsml::write(&system.roots, &about)?.as_bytes())
     }

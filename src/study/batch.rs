@@ -6,14 +6,17 @@
 //! render.exclude_irregular = false
 //! ```
 //!
-//! With `[studies]`, the file's own study is a base only and is not run itself.
+//! With `[studies]`, the file's own study is a base only and is not run itself. So it is with `[plants]` ([`super::plants`]): each
+//! capture of a trial is a study.
 
 use super::document::{Document, Sources};
 use super::graph;
 use super::nodes::StudyNodes;
 use super::origin::Origin;
+use super::plants::{Only, Plants};
 use super::settings::Settings;
 use super::sweep::{Override, Section, ranges};
+use super::trial::Trial;
 use crate::error::{Error, Result};
 use crate::flow::{Graph, NodeId};
 use rayon::prelude::*;
@@ -94,6 +97,8 @@ pub struct Batch {
     pub graph: Graph,
     /// The studies.
     pub studies: Vec<Study>,
+    /// What the studies are together, where they are the captures of a trial.
+    pub trial: Option<Trial>,
 }
 
 impl Batch {
@@ -103,45 +108,85 @@ impl Batch {
     /// # Errors
     /// Every fault of the file at once, with line, column and remedy.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self> {
-        Self::load_all(&[path], overrides)
+        Self::load_only(path, overrides, &[])
     }
 
-    /// As [`Batch::load`], of several study files in one graph.
+    /// As [`Self::load`]; of a trial, only the captures that `only` names.
     ///
     /// # Errors
-    /// As [`Batch::load`], and where two studies have one name.
+    /// As [`Self::load`]; of a trial's list too all faults at once.
+    pub fn load_only(path: &Path, overrides: &[String], only: &[Only]) -> Result<Self> {
+        let mut batch = Self { graph: Graph::new(), studies: Vec::new(), trial: None };
+        batch.add_file(path, overrides, only)?;
+        batch.named_apart()
+    }
+
+    /// As [`Self::load`], of several study files in one graph.
+    ///
+    /// # Errors
+    /// As [`Self::load`], where two studies have one name, and where a trial is one of several files.
     pub fn load_all(paths: &[impl AsRef<Path>], overrides: &[String]) -> Result<Self> {
-        let mut batch = Self { graph: Graph::new(), studies: Vec::new() };
+        let mut batch = Self { graph: Graph::new(), studies: Vec::new(), trial: None };
         for path in paths.iter().map(AsRef::as_ref) {
-            let sources = Sources::open(path, overrides)?;
-            let mut base = Document::parse(&sources)?;
-            let origin = Origin::of(path, overrides);
-            let derived = derived(&mut base)?;
-            if derived.is_empty() {
-                batch.add(base, &origin)?;
-            }
-            for document in derived {
-                batch.add(document, &origin)?;
+            batch.add_file(path, overrides, &[])?;
+            if batch.trial.is_some() && paths.len() > 1 {
+                return Err(Error::usage(format!(
+                    "`{}` is a trial: it cannot be one of several files",
+                    path.display()
+                ))
+                .help("name it alone; workers of several commands share one store"));
             }
         }
+        batch.named_apart()
+    }
+
+    /// Adds what a study file asks for.
+    fn add_file(&mut self, path: &Path, overrides: &[String], only: &[Only]) -> Result<()> {
+        let sources = Sources::open(path, overrides)?;
+        let mut base = Document::parse(&sources)?;
+        let start = path.parent().unwrap_or(Path::new("."));
+        if let Some(mut plants) = Plants::take(&mut base, start, overrides)? {
+            plants.keep(only)?;
+            let origin = Origin::of_list(path, overrides, &plants.list.base);
+            self.trial = Some(Trial::add(self, &mut base, &plants, &origin, only)?);
+            return Ok(());
+        }
+        if !only.is_empty() {
+            return Err(Error::usage(format!("--only: `{}` is no trial", path.display()))
+                .help("a trial has a [plants] section that lists its captures"));
+        }
+        let origin = Origin::of(path, overrides);
+        let derived = derived(&mut base)?;
+        if derived.is_empty() {
+            return self.add(base, &origin);
+        }
+        derived.into_iter().try_for_each(|document| self.add(document, &origin))
+    }
+
+    /// The batch, where its studies have names of their own.
+    fn named_apart(self) -> Result<Self> {
         let mut names = BTreeSet::new();
-        match batch.studies.iter().find(|study| !names.insert(&study.name)) {
-            None => Ok(batch),
+        match self.studies.iter().find(|study| !names.insert(&study.name)) {
+            None => Ok(self),
             Some(twice) => Err(Error::usage(format!("two studies are named `{}`", twice.name))
                 .help("the results of each study go into a folder of its name")),
         }
     }
 
+    /// Adds a study that is no sweep.
+    pub(super) fn add_plain(&mut self, settings: Settings) -> Result<()> {
+        let nodes = graph::add(&mut self.graph, &settings)?;
+        let name = settings.name.clone();
+        let point = Point { number: 1, values: Vec::new(), planned: Ok((settings, nodes)) };
+        self.studies.push(Study { name, parameters: Vec::new(), fastest: 1, traits: true, points: vec![point] });
+        Ok(())
+    }
+
     /// Adds the study in `document`, with all points of its sweep.
-    fn add(&mut self, mut document: Document<'_>, origin: &Origin) -> Result<()> {
+    pub(super) fn add(&mut self, mut document: Document<'_>, origin: &Origin) -> Result<()> {
         let section = Section::take(&mut document)?;
         let Some(section) = section else {
-            let settings = Settings::read(document, origin)?;
-            let nodes = graph::add(&mut self.graph, &settings)?;
-            let name = settings.name.clone();
-            let point = Point { number: 1, values: Vec::new(), planned: Ok((settings, nodes)) };
-            self.studies.push(Study { name, parameters: Vec::new(), fastest: 1, traits: true, points: vec![point] });
-            return Ok(());
+            return self.add_plain(Settings::read(document, origin)?);
         };
         let laid: Vec<Vec<Override<'_>>> = section.points()?;
         let values: Vec<Vec<String>> = laid.iter().map(|l| l.iter().map(|o| o.text.clone()).collect()).collect();
@@ -171,21 +216,28 @@ impl Batch {
 
     /// All nodes that bring all studies up to date.
     pub fn targets(&self) -> Vec<NodeId> {
-        self.studies.iter().flat_map(Study::targets).collect()
+        let of_trial = self.trial.iter().flat_map(Trial::targets);
+        self.studies.iter().flat_map(Study::targets).chain(of_trial).collect()
     }
 
     /// What a person should know of how the settings were understood, each once.
     pub fn notes(&self) -> BTreeSet<&str> {
         let settings = self.studies.iter().flat_map(|study| &study.points).filter_map(|p| p.planned.as_ref().ok());
-        settings.flat_map(|(settings, _)| settings.notes.iter().map(String::as_str)).collect()
+        let notes = settings.flat_map(|(settings, _)| &settings.notes);
+        notes.chain(self.trial.iter().flat_map(|trial| &trial.notes)).map(String::as_str).collect()
     }
 
     /// A name for each node, unlike that of any other: its label and, where not all points share it, whose it is:
     /// `extract [2]`, `rootness [1-4]`, `render/003.jpg [every-ray]`.
     pub fn names(&self) -> Vec<String> {
+        self.names_among(&self.studies)
+    }
+
+    /// The names that the nodes have where these studies are alone.
+    pub(super) fn names_among(&self, studies: &[Study]) -> Vec<String> {
         let mut owners: Vec<Vec<(usize, usize)>> = self.graph.nodes().map(|_| Vec::new()).collect();
         let (mut points, mut walk) = (0, self.graph.walk());
-        for (s, study) in self.studies.iter().enumerate() {
+        for (s, study) in studies.iter().enumerate() {
             for point in study.points.iter().filter(|p| p.planned.is_ok()) {
                 points += 1;
                 for node in walk.upstream(&study.targets_of(point)) {
@@ -200,14 +252,14 @@ impl Batch {
             }
             let of_study = |(s, study): (usize, &Study)| {
                 let numbers: Vec<usize> = owners.iter().filter(|(of, _)| *of == s).map(|(_, n)| *n).collect();
-                match (numbers.is_empty(), self.studies.len() > 1, study.is_sweep()) {
+                match (numbers.is_empty(), studies.len() > 1, study.is_sweep()) {
                     (true, ..) => None,
                     (false, true, false) => Some(study.name.clone()),
                     (false, true, true) => Some(format!("{} {}", study.name, ranges(&numbers))),
                     (false, false, _) => Some(ranges(&numbers)),
                 }
             };
-            let whose: Vec<String> = self.studies.iter().enumerate().filter_map(of_study).collect();
+            let whose: Vec<String> = studies.iter().enumerate().filter_map(of_study).collect();
             format!("{label} [{}]", whose.join("; "))
         };
         self.graph.nodes().zip(owners).map(name).collect()

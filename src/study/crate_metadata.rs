@@ -43,6 +43,11 @@ const KNOWN: &[(&str, &str, &str)] = &[
     ("results", "application/json", "The results of each study, a folder each"),
     ("nodes", "application/x-tar", "Nodes of the store, packed"),
     ("points", "text/csv", "The numbers of every point, a folder each"),
+    ("quality.csv", "text/csv", "How well each capture of the trial went"),
+    ("effects.csv", "text/csv", "How much groups of plants differ in each trait"),
+    ("growth.csv", "text/csv", "What each root did between two days"),
+    ("days", "application/xml", "The roots of each day in one frame and under common numbers, RSML"),
+    ("analysis.R", "text/x-r", "Reads the tables of the trial"),
     ("study.lock", "application/json", "Every parameter, version and digest; `rootvox rerun` repeats it"),
 ];
 

@@ -4,6 +4,7 @@
 //! as a string, so that `--set photos.dir=../plant-7` needs no quotes.
 
 use super::kept;
+use super::plants::{List, value_of};
 use crate::error::{Error, Excerpt, Result};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -81,6 +82,8 @@ impl Sources {
 #[derive(Clone)]
 pub struct Document<'t> {
     sources: &'t Sources,
+    /// The list of captures, whose cells stand behind the sources' text.
+    list: Option<&'t List>,
     table: DeTable<'t>,
     faults: Vec<Error>,
     resolved: Resolved,
@@ -96,7 +99,8 @@ impl<'t> Document<'t> {
     /// Every place where the text is not TOML.
     pub fn parse(sources: &'t Sources) -> Result<Self> {
         let (table, errors) = DeTable::parse_recoverable(&sources.text[..sources.file_len]);
-        let mut document = Self { sources, table: table.into_inner(), faults: Vec::new(), resolved: Resolved::new() };
+        let mut document =
+            Self { sources, list: None, table: table.into_inner(), faults: Vec::new(), resolved: Resolved::new() };
         Error::many(errors.iter().map(|e| document.fault(e.message(), e.span())).collect())?;
         for line in &sources.lines {
             let (laid, _) = DeTable::parse_recoverable(line);
@@ -158,6 +162,26 @@ impl<'t> Document<'t> {
     /// Gives the parameter `SECTION.KEY` a value; faults of it are shown at the value's own place.
     pub(super) fn set(&mut self, parameter: &'t str, value: Spanned<DeValue<'t>>) {
         let span = value.span();
+        self.set_named(parameter, &span, value);
+    }
+
+    /// Lets faults be shown at the cells of the list.
+    pub(super) fn know(&mut self, list: &'t List) {
+        self.list = Some(list);
+    }
+
+    /// As [`Self::set`], with the value in one cell of the list and its name in another.
+    pub(super) fn set_cell(&mut self, parameter: &'t str, name: usize, value: usize) {
+        let Some(cell) = self.list.and_then(|list| list.cells.get(value)) else { return };
+        let span = |cell: usize| {
+            let at = self.sources.text.len() + 1 + cell;
+            at..at + 1
+        };
+        let (name, value) = (span(name), value_of(cell, &span(value)));
+        self.set_named(parameter, &name, value);
+    }
+
+    fn set_named(&mut self, parameter: &'t str, span: &Range<usize>, value: Spanned<DeValue<'t>>) {
         let nested = parameter.rsplit('.').fold(value, |inner, name| {
             let key = Spanned::new(span.clone(), name.into());
             Spanned::new(span.clone(), DeValue::Table([(key, inner)].into_iter().collect()))
@@ -165,6 +189,19 @@ impl<'t> Document<'t> {
         if let DeValue::Table(table) = nested.into_inner() {
             self.lay(table);
         }
+    }
+
+    /// Leaves what a section said out of the values that counted.
+    pub(super) fn forget(&mut self, section: &str) {
+        self.resolved.retain(|name, _| name.split_once('.').is_none_or(|(of, _)| of != section));
+    }
+
+    /// Fails where a fault was found so far.
+    ///
+    /// # Errors
+    /// All of them.
+    pub(super) fn failed(&self) -> Result<()> {
+        Error::many(self.faults.clone())
     }
 
     /// Whether the file has that section.
@@ -217,6 +254,9 @@ impl<'t> Document<'t> {
     pub(super) fn fault(&self, message: &str, span: Option<Range<usize>>) -> Error {
         let Sources { name, text, file_len, .. } = self.sources;
         let Some(span) = span else { return Error::usage(format!("`{name}`: {message}")) };
+        if let (Some(list), Some(cell)) = (self.list, span.start.checked_sub(text.len() + 1)) {
+            return list.fault(cell, message);
+        }
         let before = &text[..span.start.min(text.len())];
         if span.start >= *file_len && text.len() > *file_len {
             let line = before.rfind('\n').map_or(0, |i| i + 1);

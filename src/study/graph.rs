@@ -84,6 +84,7 @@ fn measured(graph: &mut Graph, s: &Settings, from: &Upstream) -> Result<StudyNod
     Ok(StudyNodes {
         photos: from.names.clone(),
         photo_nodes: from.files.clone(),
+        seen: from.seen.iter().map(|(_, undistorted, camera)| (*undistorted, *camera)).collect(),
         survey: from.survey,
         cameras: from.cameras,
         calibration: from.calibration.clone(),

@@ -10,7 +10,7 @@ use super::batch::{Batch, Point, Study};
 use super::document::Resolved;
 use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
-use crate::flow::Report;
+use crate::flow::{NodeId, Report};
 use crate::store::{Digest, Key};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -94,6 +94,20 @@ impl Lock {
     /// # Errors
     /// Where a parameter cannot be written.
     pub fn of(batch: &Batch, study: &Study, report: &Report, folder: &Path) -> Result<Self> {
+        Self::of_nodes(batch, study, &study.targets(), report, folder)
+    }
+
+    /// The lock of what was made of a study's points, and of the nodes `targets`.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub(super) fn of_nodes(
+        batch: &Batch,
+        study: &Study,
+        targets: &[NodeId],
+        report: &Report,
+        folder: &Path,
+    ) -> Result<Self> {
         let settings: Vec<Option<Resolved>> = study
             .points
             .iter()
@@ -107,10 +121,11 @@ impl Lock {
             settings: own.map(|own| difference(&base, &own)).unwrap_or_default(),
         };
         let points = if study.is_sweep() { study.points.iter().zip(settings).map(point).collect() } else { Vec::new() };
-        let reached = batch.graph.upstream(&study.targets());
+        let reached = batch.graph.upstream(targets);
         let (mut work, mut nodes): (Vec<Work>, _) = (Vec::new(), Vec::new());
         let mut places: BTreeMap<String, usize> = BTreeMap::new();
-        for (n, node) in batch.graph.nodes().zip(batch.names()).filter(|(n, _)| reached[n.index()]) {
+        let names = batch.names_among(std::slice::from_ref(study));
+        for (n, node) in batch.graph.nodes().zip(names).filter(|(n, _)| reached[n.index()]) {
             let at = match (batch.graph.stage(n), batch.graph.version(n)) {
                 (Some(stage), Some(version)) => {
                     let params = batch.graph.params(n)?;
@@ -134,6 +149,11 @@ impl Lock {
             work,
             nodes,
         })
+    }
+
+    /// Whether it is of a trial as a whole, whose captures have locks of their own.
+    pub fn is_trial(&self) -> bool {
+        self.parameters.first().is_some_and(|first| first == "plant")
     }
 
     /// The text of the file.

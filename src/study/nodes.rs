@@ -33,6 +33,8 @@ pub struct StudyNodes {
     pub photos: Arc<[String]>,
     /// The photographs themselves.
     pub photo_nodes: Arc<[NodeId]>,
+    /// Of each photograph the undistorted picture and its camera.
+    pub seen: Arc<[(NodeId, NodeId)]>,
     /// What they say of themselves, where they are files.
     pub survey: Option<NodeId>,
     /// Lens and poses.

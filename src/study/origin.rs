@@ -41,6 +41,11 @@ impl Origin {
         }
     }
 
+    /// The same with input paths that start from the list of captures, whose folder is `base`.
+    pub fn of_list(path: &Path, overrides: &[String], base: &Path) -> Self {
+        Self { base: base.to_owned(), ..Self::of(path, overrides) }
+    }
+
     /// As [`photographs::find`].
     pub fn photographs(&self, input_dir: &Path, photos: &Photos) -> Result<Found> {
         let key = (input_dir.to_owned(), photos.images.clone());
@@ -64,6 +69,7 @@ pub(super) const MEASURING: &[&str] = &[
     "explain",
     "diameters",
     "hierarchy",
+    "follow",
     "corrections",
     "traits",
     "overlay",

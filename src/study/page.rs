@@ -68,7 +68,7 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
         .filter_map(|node| Some((node.node.clone(), node.digest?.to_string())))
         .collect();
     Page {
-        name: &settings.name,
+        name: &lock.study,
         tank: &settings.tank,
         system: &system,
         traits: &tables::read_traits(&traits.bytes("traits.csv")?)?,

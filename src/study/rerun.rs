@@ -18,6 +18,10 @@ use std::path::Path;
 /// # Errors
 /// Where the lock's settings cannot be read by this version, or the photographs are not there.
 pub fn batch(lock: &Lock, path: &Path, photos_dir: Option<&str>) -> Result<Batch> {
+    if lock.is_trial() {
+        return Err(Error::usage(format!("`{}` is the lock of a whole trial", path.display()))
+            .help("each capture has a lock of its own, beside the trial's folder: <plant>-<date>/study.lock"));
+    }
     let overrides: Vec<String> = photos_dir.map(|dir| format!("photos.dir={dir}")).into_iter().collect();
     let origin = Origin::of(path, &overrides);
     let mut graph = Graph::new();
@@ -42,7 +46,7 @@ pub fn batch(lock: &Lock, path: &Path, photos_dir: Option<&str>) -> Result<Batch
     let traits = lock.work.iter().any(|work| work.stage == Traits::NAME);
     let (name, parameters, fastest) = (lock.study.clone(), lock.parameters.clone(), points.len());
     let study = Study { name, parameters, fastest, traits, points };
-    Ok(Batch { graph, studies: vec![study] })
+    Ok(Batch { graph, studies: vec![study], trial: None })
 }
 
 /// The settings are the lock's: only the folder can be another.

@@ -12,13 +12,15 @@ use super::scale;
 use crate::calibration::RegisterParams;
 use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
+use crate::growth::follow::FollowParams;
 use crate::optics::Tank;
 use crate::photo::evidence::ContrastParams;
 use crate::roots::diameter::DiameterParams;
 use crate::roots::explain::ExplainParams;
 use crate::roots::traits::TraitParams;
 use crate::roots::{HierarchyParams, TraceParams};
-use crate::simulation::{CaptureParams, GrowthParams, MisjudgeParams};
+use crate::simulation::{AgeParams, CaptureParams, GrowthParams, MisjudgeParams};
+use crate::stages::capture::DayParams;
 use crate::stages::sfm::SfmParams;
 use crate::volume::Grid;
 use crate::volume::hysteresis::Hysteresis;
@@ -36,8 +38,12 @@ pub struct Simulate {
     pub seed: u64,
     /// How the roots grow.
     pub growth: GrowthParams,
+    /// How old the plant is: full grown when it does not say.
+    pub age: AgeParams,
     /// How they are photographed.
     pub capture: CaptureParams,
+    /// On which day: how the tank was put before the camera.
+    pub day: DayParams,
     /// The tank they stand in, where `[tank]` is to be a wrong assumption.
     pub tank: TrueTank,
     /// Errors of the cameras that the reconstruction goes by.
@@ -132,6 +138,8 @@ pub struct Settings {
     pub diameters: DiameterParams,
     /// `[hierarchy]`.
     pub hierarchy: HierarchyParams,
+    /// `[follow]`, read where a plant has several days.
+    pub follow: FollowParams,
     /// `[corrections]`.
     pub corrections: CorrectionsSection,
     /// The file of corrections, where there is one.
@@ -153,6 +161,7 @@ pub struct Settings {
 /// The sections of a study file.
 const SECTIONS: &[&str] = &[
     "study",
+    "plants",
     "simulate",
     "photos",
     "cameras",
@@ -171,6 +180,7 @@ const SECTIONS: &[&str] = &[
     "explain",
     "diameters",
     "hierarchy",
+    "follow",
     "corrections",
     "traits",
     "overlay",
@@ -187,7 +197,7 @@ impl Settings {
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self> {
         let sources = Sources::open(path, overrides)?;
         let mut file = Document::parse(&sources)?;
-        for left_out in ["sweep", "studies"] {
+        for left_out in ["sweep", "studies", "plants"] {
             file.take_table(left_out);
         }
         Self::read(file, &Origin::of(path, overrides))
@@ -223,12 +233,14 @@ impl Settings {
         let explain: ExplainParams = file.section("explain");
         let diameters: DiameterParams = file.section("diameters");
         let hierarchy: HierarchyParams = file.section("hierarchy");
+        let follow: FollowParams = file.section("follow");
         let corrections: CorrectionsSection = file.section("corrections");
         let traits: TraitParams = file.section("traits");
         let overlay: OverlaySection = file.section("overlay");
         let report: ReportSection = file.section("report");
         let truth: Truth = file.section("truth");
-        let simulated_as = [simulate.growth.check(), simulate.capture.check(), simulate.misjudge.check()];
+        let simulated_as =
+            [simulate.growth.check(), simulate.age.check(), simulate.capture.check(), simulate.misjudge.check()];
         let checks = [
             render.check(),
             contrast.check(),
@@ -239,6 +251,7 @@ impl Settings {
             rootness.check(grid.spacing.unwrap_or(f64::NAN)),
             overlay.check(),
             corrections.check(),
+            follow.check(),
         ];
         for checked in checks.into_iter().chain(simulated_as.into_iter().filter(|_| simulated)) {
             if let Err(e) = checked {
@@ -308,6 +321,7 @@ impl Settings {
             explain,
             diameters,
             hierarchy,
+            follow,
             corrections_file: corrections.file.as_ref().map(|file| clean(&origin.corrections.join(file))),
             corrections,
             traits,

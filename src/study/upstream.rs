@@ -86,6 +86,8 @@ impl Upstream {
                     Capture {
                         tank: s.true_tank.clone(),
                         growth: simulate.growth.clone(),
+                        age: simulate.age.clone(),
+                        day: simulate.day.clone(),
                         capture: simulate.capture.clone(),
                         seed: simulate.seed,
                     },
@@ -98,7 +100,7 @@ impl Upstream {
                         let stage = Photograph {
                             tank: s.true_tank.clone(),
                             capture: simulate.capture.clone(),
-                            seed: simulate.seed,
+                            seed: simulate.day.seed.unwrap_or(simulate.seed),
                             view,
                         };
                         graph.add(&format!("photograph/{}", names[view]), stage, &[("capture", &[capture])])

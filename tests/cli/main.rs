@@ -16,4 +16,5 @@ mod runs;
 mod shared_cache;
 mod simulation;
 mod sweeps;
+mod trials;
 mod workers;

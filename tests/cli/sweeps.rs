@@ -70,7 +70,7 @@ fn points_are_the_studies_of_their_settings_and_add_only_what_differs() {
         "report.slice=[20.0, 30.0]",
         "diameters.enabled=[true, false]",
     ] {
-        let Batch { mut graph, studies } = swept(sweep.to_owned());
+        let Batch { mut graph, studies, .. } = swept(sweep.to_owned());
         let labels = graph.labels();
         assert!(!labels.iter().any(|l| l.contains("overlay") || l == "volume"), "{sweep}: {labels:?}");
         for point in &studies[0].points {

@@ -37,6 +37,17 @@ pub struct About {
     pub file_key: String,
     /// Name and SHA-256 (hexadecimal) of the photograph the file points to.
     pub image: Option<(String, String)>,
+    /// Its place in a series of days.
+    pub sequence: Option<Sequence>,
+}
+
+/// A file's place in a series over time, in which a root has one id (the schema's `time-sequence`, `unified`).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sequence {
+    /// Name of the series.
+    pub label: String,
+    /// Place in it, from 0.
+    pub index: usize,
 }
 
 /// The content of an RSML file.
@@ -82,6 +93,16 @@ pub fn write(roots: &[TracedRoot], about: &About) -> Result<String> {
                 "    <image><name>{}</name><sha256>{}</sha256></image>\n",
                 escape(name.as_str()),
                 escape(sha256.as_str())
+            ),
+        );
+    }
+    if let Some(sequence) = &about.sequence {
+        let label = escape(sequence.label.as_str());
+        put(
+            &mut out,
+            format_args!(
+                "    <time-sequence><label>{label}</label><index>{}</index><unified>true</unified></time-sequence>\n",
+                sequence.index
             ),
         );
     }

@@ -36,6 +36,7 @@ fn about() -> About {
         user: "A & B <lab>".into(),
         file_key: "licorice".into(),
         image: Some(("000.jpg".into(), "ab12".into())),
+        sequence: Some(Sequence { label: "days".into(), index: 1 }),
     }
 }
 
@@ -45,6 +46,7 @@ fn written_files_keep_the_schema() {
     assert_eq!(faults(&text), Vec::<String>::new());
     assert!(text.contains("<point x=\"0.5\" y=\"0\" z=\"30\"/>"), "plain decimals, no minus zero");
     assert!(text.contains("<parent-node>1</parent-node>"));
+    assert!(text.contains("<index>1</index><unified>true</unified></time-sequence>"));
 }
 
 #[test]

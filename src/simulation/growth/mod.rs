@@ -15,9 +15,11 @@
 //! they creep along the wall as real ones do. Each root has its own random stream: a change of one root's
 //! parameters leaves the roots before it as they were.
 
+mod age;
 mod params;
 mod presets;
 
+pub use age::{AgeParams, aged};
 pub use params::{GrowthParams, LateralParams, MainParams};
 pub use presets::Preset;
 

@@ -1,0 +1,52 @@
+//! `growth.csv`: a row per root and interval. Columns are told in docs/trials.md.
+
+use super::tables;
+use crate::error::Result;
+use crate::growth::follow::{Growth, State};
+
+/// The columns of `growth.csv`.
+pub const COLUMNS: [&str; 15] = [
+    "root_id",
+    "parent_id",
+    "order",
+    "from_day",
+    "to_day",
+    "days",
+    "state",
+    "length_from_mm",
+    "length_to_mm",
+    "overlap",
+    "elongation_mm",
+    "elongation_mm_per_day",
+    "new_laterals",
+    "diameter_change_mm",
+    "diameter_change_mm_per_day",
+];
+
+/// The content of the table; `days` are the times of the days, in days: the first counts as 0.
+///
+/// # Errors
+/// Where a row cannot be written.
+pub fn write(growth: &Growth, days: &[f64]) -> Result<Vec<u8>> {
+    let number = |x: f64| x.is_finite().then(|| (x * 1e4).round() / 1e4 + 0.0);
+    let rows = growth.intervals.iter().map(|i| {
+        let [from, to] = i.days.map(|n| days[n] - days[0]);
+        let state = match i.state {
+            State::Followed => "followed",
+            State::Appeared => "appeared",
+            State::Vanished => "vanished",
+        };
+        let track = growth.tracks.iter().find(|t| t.id == i.root);
+        let (parent, order) = track.map_or((-1, 0), |t| (t.parent, t.order));
+        let [elongation, change] = [i.elongation_mm[0], i.diameter_change_mm[0]];
+        (
+            (i.root, parent, order, number(from), number(to), number(to - from), state),
+            i.length_mm.map(number),
+            number(i.overlap[0]),
+            [elongation, elongation / (to - from)].map(number),
+            i.new_laterals,
+            [change, change / (to - from)].map(number),
+        )
+    });
+    tables::csv(&COLUMNS, rows)
+}

@@ -1,0 +1,66 @@
+//! All plants from the side, in one scale; a plant's days stand beside each other.
+
+use super::Page;
+use crate::report::page::html::escape;
+use crate::roots::ink;
+use imageproc::geometry::approximate_polygon_dp;
+use imageproc::point::Point;
+use std::fmt::Write;
+
+/// Lines are drawn within this of their points, mm.
+const TOLERANCE_MM: f64 = 0.3;
+const MARGIN_MM: f64 = 2.0;
+
+/// The section with a picture per capture.
+pub(super) fn section(page: &Page<'_>, t: &mut String) {
+    let known = || page.captures.iter().filter_map(|c| Some((c, c.known.as_ref().ok()?)));
+    // One scale: every picture is as wide and as high as the largest tank.
+    let far = known().map(|(_, k)| k.tank.inner_radius_mm()).fold(0.0, f64::max);
+    let deep = known().map(|(_, k)| k.tank.floor_mm()).fold(0.0, f64::max);
+    t.push_str(
+        "<section><h2>All plants</h2>\n<p>From the side (x and z), all in one scale, coloured by order; a picture leads to the plant’s own \
+         page.</p>\n<div class=\"sheet\">\n",
+    );
+    for (c, known) in known() {
+        let (radius, floor) = (known.tank.inner_radius_mm(), known.tank.floor_mm());
+        let _ = write!(
+            t,
+            "<figure><a href=\"{}\"><svg role=\"img\" aria-label=\"Roots of {}\" viewBox=\"{:.1} {:.1} {:.1} {:.1}\">\
+             <rect class=\"tank\" x=\"{:.1}\" y=\"0\" width=\"{:.1}\" height=\"{floor:.1}\"/><path class=\"water\" d=\"M{:.1} {:.1}h{:.1}\"/>",
+            escape(&c.link),
+            escape(&c.title()),
+            -far - MARGIN_MM,
+            -MARGIN_MM,
+            2.0 * (far + MARGIN_MM),
+            deep + 2.0 * MARGIN_MM,
+            -radius,
+            2.0 * radius,
+            -radius,
+            known.tank.water_level_mm,
+            2.0 * radius
+        );
+        for traced in known.system.roots.iter().filter(|r| r.root.points_mm.len() > 1) {
+            let root = &traced.root;
+            let [r, g, b] = ink::by_order(root);
+            let curve: Vec<Point<f64>> = root.points_mm.iter().map(|p| Point::new(p[0], p[2])).collect();
+            let points = approximate_polygon_dp(&curve, TOLERANCE_MM, false);
+            let line: Vec<String> = points.iter().map(|p| format!("{:.1} {:.1}", p.x, p.y)).collect();
+            let width = 2.0 * root.radii_mm.iter().sum::<f64>() / root.radii_mm.len() as f64;
+            let _ = write!(
+                t,
+                "<path stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{:.2}\" d=\"M{}\"/>",
+                width.max(0.6),
+                line.join(" ")
+            );
+        }
+        let groups: Vec<String> = c.groups.iter().filter(|g| !g.is_empty()).map(|g| escape(g)).collect();
+        let _ = writeln!(
+            t,
+            "</svg></a><figcaption>{}{}{}</figcaption></figure>",
+            c.linked(),
+            if groups.is_empty() { "" } else { "<br>" },
+            groups.join(", ")
+        );
+    }
+    t.push_str("</div>\n</section>\n");
+}
