@@ -1,7 +1,7 @@
 //! Whether a plant stands on a taproot or on many roots.
 //!
-//! Roots that run out of sight upwards spring from what is hidden there. Where there are [`FEWEST`] of them and the base root's mean
-//! thickness is no more than [`TAPROOT`] times their median, it is one of them, and all have order 0; else it is a taproot, and
+//! Roots that run out of sight upwards spring from what is hidden there. Where there are three of them and the base root's mean
+//! thickness is no more than √2 times their median, it is one of them, and all have order 0; else it is a taproot, and
 //! they are its laterals. The mean is taken over depth: the area that a way covers seen from the side over how far it leads down.
 //!
 //! Of a plant without a taproot, roots that touch near the top part in the crown: what springs there from a root of order 0, and
