@@ -35,7 +35,7 @@ fn parse(name: &str, text: &str) -> Result<List> {
     let mut list = List { name: name.to_owned(), text: text.to_owned(), ..List::default() };
     for record in reader.records() {
         let record = record.map_err(|e| Error::usage(format!("`{name}` is no CSV table: {e}")))?;
-        let (line, start) = record.position().map_or((0, 0), |p| (p.line(), p.byte() as usize));
+        let (line, start) = record.position().map_or((0, 0), |p| first_of(text, p.line(), p.byte() as usize));
         if record.iter().all(|text| text.trim().is_empty()) {
             continue;
         }
@@ -74,6 +74,13 @@ fn parse(name: &str, text: &str) -> Result<List> {
             .help("the first line names the columns: plant, photos, and any of date, groups, settings"));
     }
     Ok(list)
+}
+
+/// Line and byte at which a record begins whose reader stood before empty lines.
+fn first_of(text: &str, line: u64, start: usize) -> (u64, usize) {
+    let empty = text[start..].bytes().take_while(|byte| matches!(byte, b'\r' | b'\n'));
+    let (lines, bytes) = empty.fold((0, 0), |(lines, bytes), byte| (lines + u64::from(byte == b'\n'), bytes + 1));
+    (line + lines, start + bytes)
 }
 
 /// Byte offset and length of each cell; of lines with quotes or tricks all cells stand at its start.
