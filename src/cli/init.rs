@@ -66,7 +66,7 @@ impl Init {
         let draft = Draft {
             name: stem(&out),
             dir: reached_from(&out, &self.folder)?,
-            images: pattern(&self.folder, &found),
+            images: pattern(&self.folder, &found)?,
             seen,
             cameras,
             tank: self.tank()?,
@@ -179,16 +179,20 @@ fn cameras_in(folder: &Path) -> Option<CameraFile> {
 }
 
 /// The pattern of the photographs that were found.
-fn pattern(folder: &Path, found: &Found) -> String {
-    let first = &found.paths[0];
+fn pattern(folder: &Path, found: &Found) -> Result<String> {
+    let first = whole(&found.paths[0])?;
     let ending = first.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let below = first.parent().and_then(|parent| parent.strip_prefix(folder).ok()).unwrap_or(Path::new(""));
-    below.join(format!("*.{ending}")).display().to_string()
+    let below =
+        first.parent().and_then(|parent| parent.strip_prefix(whole(folder).ok()?).ok()).unwrap_or(Path::new(""));
+    Ok(below.join(format!("*.{ending}")).display().to_string())
+}
+
+fn whole(path: &Path) -> Result<PathBuf> {
+    path.canonicalize().map_err(|e| Error::io("read", path, e))
 }
 
 /// The folder as the study file is to name it: relative where it lies beside or below the file.
 fn reached_from(out: &Path, folder: &Path) -> Result<String> {
-    let whole = |path: &Path| path.canonicalize().map_err(|e| Error::io("read", path, e));
     let beside = match out.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => whole(parent)?,
         _ => whole(Path::new("."))?,

@@ -53,7 +53,7 @@ fn a_folder_without_photographs_is_named() {
 #[test]
 fn shells_and_man_know_every_command() {
     let bash = rootvox().args(["completions", "bash"]).output().unwrap();
-    assert!(bash.status.success() && String::from_utf8_lossy(&bash.stdout).contains("rootvox__run"));
+    assert!(bash.status.success() && String::from_utf8_lossy(&bash.stdout).contains("--water-level"));
     let folder = tempfile::tempdir().unwrap();
     rootvox().args(["man", "pages"]).current_dir(folder.path()).assert().success();
     for page in ["rootvox.1", "rootvox-run.1", "rootvox-init.1"] {
