@@ -16,11 +16,11 @@ use super::height::{check_height, lay_height};
 use super::outline::{self, OutlineParams};
 use super::patches::{self, PatchParams};
 use super::quality::{Adjustment, Quality, warn};
-use super::similarity::{Similarity, first_view_to_azimuth_zero, turn_about_z};
+use super::similarity::{Similarity, first_view_to_azimuth_zero};
 use super::sparse::SparseModel;
 use super::start::{Start, start};
 use crate::error::{Error, Result};
-use crate::optics::{Tank, Vec3, View};
+use crate::optics::{Tank, Vec3, View, turn_about_z};
 use ndarray::{Array3, ArrayView2};
 use serde::{Deserialize, Serialize};
 

@@ -1,8 +1,7 @@
 //! The scaled rigid motion M₀ from the frame of structure from motion to the tank's.  Paper 2.2.3.
 
 use super::sparse::SparseModel;
-use crate::optics::{Mat3, Vec3, View};
-use nalgebra::Rotation3;
+use crate::optics::{Mat3, Vec3, View, turn_about_z};
 use serde::{Deserialize, Serialize};
 
 /// `x_tank = scale rotation x_sfm + translation`.
@@ -41,11 +40,6 @@ impl Similarity {
         let turn = turn_about_z(angle);
         Self { scale: self.scale, rotation: turn * self.rotation, translation_mm: turn * self.translation_mm }
     }
-}
-
-/// Rotation about the z axis, radians.
-pub fn turn_about_z(angle: f64) -> Mat3 {
-    Rotation3::from_axis_angle(&Vec3::z_axis(), angle).into_inner()
 }
 
 /// Turns all views about the tank's axis so that the first camera's centre lies at azimuth 0 (on +x);

@@ -8,6 +8,7 @@
 //! centres nearest, and the differences are pixels through the refraction, each set with its own lens and tank.
 
 use crate::error::{Error, Result};
+use crate::math::umeyama::fit;
 use crate::optics::{Lens, Mat3, Tank, Vec3, View, ViewMap};
 use serde::{Deserialize, Serialize};
 
@@ -96,26 +97,11 @@ pub fn camera_errors(pairs: &[(View, View)], true_tank: &Tank, found_tank: &Tank
     })
 }
 
-/// Least-squares similarity `to ≈ s R from + t` (Umeyama 1991).
+/// Least-squares similarity `to ≈ s R from + t`.
 fn similarity(from: &[Vec3], to: &[Vec3]) -> Result<(f64, Mat3, Vec3)> {
-    let n = from.len() as f64;
-    let mean = |p: &[Vec3]| p.iter().sum::<Vec3>() / n;
-    let (mf, mt) = (mean(from), mean(to));
-    let covariance: Mat3 = from.iter().zip(to).map(|(f, t)| (t - mt) * (f - mf).transpose()).sum::<Mat3>() / n;
-    let variance = from.iter().map(|f| (f - mf).norm_squared()).sum::<f64>() / n;
-    let svd = covariance.svd(true, true);
-    let (Some(u), Some(vt)) = (svd.u, svd.v_t) else {
-        return Err(Error::failed("the camera centres cannot be aligned"));
-    };
-    if variance <= 0.0 || svd.singular_values[1] <= 1e-12 * svd.singular_values[0] {
-        return Err(Error::failed("the camera centres lie on one line").help("give views from around the tank"));
-    }
-    // A ring of cameras spans a plane only: the mirror image is ruled out by the determinant.
-    let sign = Mat3::from_diagonal(&Vec3::new(1.0, 1.0, (u.determinant() * vt.determinant()).signum()));
-    let rotation = u * sign * vt;
-    let trace: f64 = (0..3).map(|i| svd.singular_values[i] * sign[(i, i)]).sum();
-    let scale = trace / variance;
-    Ok((scale, rotation, mt - rotation * mf * scale))
+    let found = fit(from, to)
+        .ok_or_else(|| Error::failed("the camera centres lie on one line").help("give views from around the tank"))?;
+    Ok((found.scale, found.rotation, found.translation(found.scale)))
 }
 
 /// Pixel distances of water points that both sets see: rings of points at 5 radii and 6 depths.

@@ -28,7 +28,7 @@ pub const COLUMNS: [&str; 15] = [
 /// # Errors
 /// Where a row cannot be written.
 pub fn write(growth: &Growth, days: &[f64]) -> Result<Vec<u8>> {
-    let number = |x: f64| x.is_finite().then(|| (x * 1e4).round() / 1e4 + 0.0);
+    let number = |x: f64| (x * 1e4).round() / 1e4 + 0.0;
     let rows = growth.intervals.iter().map(|i| {
         let [from, to] = i.days.map(|n| days[n] - days[0]);
         let state = match i.state {
@@ -38,14 +38,14 @@ pub fn write(growth: &Growth, days: &[f64]) -> Result<Vec<u8>> {
         };
         let track = growth.tracks.iter().find(|t| t.id == i.root);
         let (parent, order) = track.map_or((-1, 0), |t| (t.parent, t.order));
-        let [elongation, change] = [i.elongation_mm[0], i.diameter_change_mm[0]];
+        let with_rate = |x: Option<f64>| [x, x.map(|x| x / (to - from))].map(|x| x.map(number));
         (
             (i.root, parent, order, number(from), number(to), number(to - from), state),
-            i.length_mm.map(number),
-            number(i.overlap[0]),
-            [elongation, elongation / (to - from)].map(number),
+            i.length_mm.map(|x| x.map(number)),
+            i.overlap.map(number),
+            with_rate(i.elongation_mm),
             i.new_laterals,
-            [change, change / (to - from)].map(number),
+            with_rate(i.diameter_change_mm),
         )
     });
     tables::csv(&COLUMNS, rows)

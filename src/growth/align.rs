@@ -133,6 +133,11 @@ fn search(a: &[Pattern], b: &[Pattern]) -> Motion {
     Motion { translation_mm: Vec3::z() * (best.1 as f64 * COARSE_MM), ..turn }
 }
 
+/// By how much a turn ω and shift t move a point along the wall and down, per unit of each.
+fn slopes(r: f64, z: f64, sin: f64, cos: f64) -> [[f64; 6]; 2] {
+    [[-z * cos, -z * sin, r, -sin, cos, 0.0], [r * sin, -r * cos, 0.0, 0.0, 0.0, 1.0]]
+}
+
 /// Normal equations of one round.
 #[derive(Default)]
 struct Fit {
@@ -176,9 +181,7 @@ impl Fit {
                 continue;
             }
             // A small motion before this one moves along the wall and down there by nearly as much as here.
-            let r = a.radius_mm;
-            let along = [-z * cos, -z * sin, r, -sin, cos, 0.0];
-            let below = [r * sin, -r * cos, 0.0, 0.0, 0.0, 1.0];
+            let [along, below] = slopes(a.radius_mm, z, sin, cos);
             let slope = Vector6::from_fn(|k, _| across * along[k] + down * below[k]);
             let residual = here - there;
             let weight = if residual.abs() > HUBER { HUBER / residual.abs() } else { 1.0 };
@@ -221,9 +224,7 @@ impl Fit {
         for print in prints {
             for k in 0..12 {
                 let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 12.0).sin_cos();
-                let (r, z) = (print.radius_mm, print.top_mm);
-                let along = Vector6::from_row_slice(&[-z * cos, -z * sin, r, -sin, cos, 0.0]);
-                let below = Vector6::from_row_slice(&[r * sin, -r * cos, 0.0, 0.0, 0.0, 1.0]);
+                let [along, below] = slopes(print.radius_mm, print.top_mm, sin, cos).map(Vector6::from);
                 let of = |v: &Vector6<f64>| (v.transpose() * covariance * v)[(0, 0)];
                 worst = worst.max((of(&along) + of(&below)).sqrt());
             }

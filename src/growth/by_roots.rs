@@ -6,7 +6,7 @@
 
 use super::align::Alignment;
 use super::motion::Motion;
-use crate::optics::{Mat3, Vec3};
+use crate::optics::Vec3;
 use crate::roots::Root;
 use rayon::prelude::*;
 use rstar::{PointDistance, RTree};
@@ -22,6 +22,8 @@ const FITS: f64 = 0.5;
 /// Another azimuth, this far away, fits at most so much of what the best fits.
 const APART_DEG: f64 = 10.0;
 const RIVAL: f64 = 0.8;
+/// Fewest places that tell a motion.
+const FEWEST: usize = 10;
 /// Length of a root that is off as a whole, mm: what counts as one observation.
 const ALIKE_MM: f64 = 20.0;
 
@@ -58,16 +60,19 @@ pub fn align(reference: &[Root], later: &[Root]) -> Option<Alignment> {
     let mut motion = turn(best);
     let mut off = Vec::new();
     for reach in ROUNDS_MM {
-        let pairs: Vec<(Vec3, Vec3)> = earlier
+        let (from, to): (Vec<Vec3>, Vec<Vec3>) = earlier
             .iter()
             .filter_map(|p| {
                 let found = tree.nearest_neighbor(motion.apply(p).into())?;
                 let found = Vec3::from(*found);
                 ((found - motion.apply(p)).norm() < reach).then_some((*p, found))
             })
-            .collect();
-        motion = rigid(&pairs)?;
-        off = pairs.iter().map(|(p, q)| (motion.apply(p) - q).norm_squared()).collect();
+            .unzip();
+        if from.len() < FEWEST {
+            return None;
+        }
+        motion = Motion::nearest(&from, &to)?;
+        off = from.iter().zip(&to).map(|(p, q)| (motion.apply(p) - q).norm_squared()).collect();
     }
     // Along a root its nearest point gives way: two of three coordinates count.
     let variance = off.iter().sum::<f64>() / off.len() as f64 / 2.0;
@@ -89,21 +94,6 @@ fn places(roots: &[Root]) -> Vec<Vec3> {
         points.into_iter().map(Vec3::from).collect::<Vec<_>>()
     };
     roots.iter().filter(|r| r.points_mm.len() > 1).flat_map(of).collect()
-}
-
-/// The rigid motion that brings the first of each pair nearest to the second (Kabsch 1976).
-fn rigid(pairs: &[(Vec3, Vec3)]) -> Option<Motion> {
-    if pairs.len() < 10 {
-        return None;
-    }
-    let n = pairs.len() as f64;
-    let (a, b) = (pairs.iter().map(|p| p.0).sum::<Vec3>() / n, pairs.iter().map(|p| p.1).sum::<Vec3>() / n);
-    let spread: Mat3 = pairs.iter().map(|(p, q)| (p - a) * (q - b).transpose()).sum();
-    let svd = spread.svd(true, true);
-    let (u, v) = (svd.u?, svd.v_t?.transpose());
-    let sign = (v * u.transpose()).determinant().signum();
-    let rotation = v * Mat3::from_diagonal(&Vec3::new(1.0, 1.0, sign)) * u.transpose();
-    Some(Motion { rotation, translation_mm: b - rotation * a })
 }
 
 #[cfg(test)]

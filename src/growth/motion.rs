@@ -1,6 +1,7 @@
 //! How one day's tank frame lies in another's.
 
-use crate::optics::{Mat3, Vec3};
+use crate::math::umeyama::fit;
+use crate::optics::{Mat3, Vec3, turn_about_z};
 use crate::roots::Root;
 use serde::{Deserialize, Serialize};
 
@@ -21,13 +22,18 @@ impl Motion {
 
     /// A turn about the tank's axis, radians.
     pub fn turn(angle: f64) -> Self {
-        let rotation = *nalgebra::Rotation3::from_axis_angle(&Vec3::z_axis(), angle).matrix();
-        Self { rotation, translation_mm: Vec3::zeros() }
+        Self { rotation: turn_about_z(angle), translation_mm: Vec3::zeros() }
     }
 
     /// A small turn about the axis through the origin along `turn` by its length, radians, then a shift, mm.
     pub fn small(turn: &Vec3, shift_mm: &Vec3) -> Self {
         Self { rotation: *nalgebra::Rotation3::new(*turn).matrix(), translation_mm: *shift_mm }
+    }
+
+    /// The motion that brings points nearest to their goals, which run alike; `None` where they lie on one line.
+    pub fn nearest(from: &[Vec3], to: &[Vec3]) -> Option<Self> {
+        let found = fit(from, to)?;
+        Some(Self { rotation: found.rotation, translation_mm: found.translation(1.0) })
     }
 
     /// Where a point goes.

@@ -4,5 +4,6 @@ pub mod eigen3;
 pub mod maxflow;
 pub mod powell;
 pub mod robust;
+pub mod umeyama;
 
 pub use robust::Loss;

@@ -26,3 +26,8 @@ pub use trace::{WaterRay, trace};
 pub type Vec3 = nalgebra::Vector3<f64>;
 /// A rotation or another 3x3 matrix.
 pub type Mat3 = nalgebra::Matrix3<f64>;
+
+/// Rotation about the z axis, radians.
+pub fn turn_about_z(angle: f64) -> Mat3 {
+    nalgebra::Rotation3::from_axis_angle(&Vec3::z_axis(), angle).into_inner()
+}

@@ -4,7 +4,7 @@
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::NamedView;
-use crate::optics::{Mat3, Tank, Vec3, View};
+use crate::optics::{Tank, View, turn_about_z};
 use crate::simulation::{AgeParams, CaptureParams, GrowthParams, PictureFormat, aged, capture, grow};
 use serde::{Deserialize, Serialize};
 
@@ -53,8 +53,7 @@ impl Stage for Capture {
         if roots.is_empty() {
             return Err(Error::usage("no root has set out yet").help("raise simulate.age.days"));
         }
-        let start: Mat3 =
-            *nalgebra::Rotation3::from_axis_angle(&Vec3::z_axis(), self.day.start_deg.to_radians()).matrix();
+        let start = turn_about_z(self.day.start_deg.to_radians());
         let views: Vec<NamedView> = capture(&self.capture, &self.tank, self.day.seed.unwrap_or(self.seed))?
             .into_iter()
             .map(|view| View { rotation: view.rotation * start, ..view })

@@ -25,7 +25,7 @@ pub struct Follow {
 
 impl Stage for Follow {
     const NAME: &'static str = "follow";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let systems: Vec<RootSystem> =

@@ -1,7 +1,7 @@
 use super::*;
-use crate::calibration::similarity::{first_view_to_azimuth_zero, turn_about_z};
+use crate::calibration::similarity::first_view_to_azimuth_zero;
 use crate::calibration::sparse::Sighting;
-use crate::optics::{Distortion, Lens, Mat3, Vec3, View};
+use crate::optics::{Distortion, Lens, Mat3, Vec3, View, turn_about_z};
 use nalgebra::{DVector, Rotation3};
 use normal::outline_residual;
 use rand::{RngExt, SeedableRng};

@@ -26,39 +26,20 @@ pub struct Interval {
     pub state: State,
     /// Places of the two days in their order.
     pub days: [usize; 2],
-    /// Length on either day, mm; NaN where it is not seen.
-    #[serde(with = "nan")]
-    pub length_mm: [f64; 2],
-    /// Share of the earlier root that lies on the later.
-    #[serde(with = "nan")]
-    pub overlap: [f64; 1],
-    /// What lies on the later day beyond the earlier's tip, mm; NaN where less than three quarters of the root lies on its later self.
-    #[serde(with = "nan")]
-    pub elongation_mm: [f64; 1],
+    /// Length on either day, mm, where it is seen.
+    pub length_mm: [Option<f64>; 2],
+    /// Share of the earlier root that lies on the later, where it is seen on both.
+    pub overlap: Option<f64>,
+    /// What lies on the later day beyond the earlier's tip, mm, where three quarters of the root lie on its later self.
+    pub elongation_mm: Option<f64>,
     /// Roots that spring from it on the later day for the first time.
     pub new_laterals: usize,
-    /// Mean change of the diameter over what lies together, mm.
-    #[serde(with = "nan")]
-    pub diameter_change_mm: [f64; 1],
+    /// Mean change of the diameter over what lies together, mm, where anything does.
+    pub diameter_change_mm: Option<f64>,
 }
 
 /// Share of a root that has to lie on its later self for its growth to be told.
 const TRUSTED: f64 = 0.75;
-
-/// NaN has no form in JSON: null stands for it.
-mod nan {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub(super) fn serialize<S: Serializer, const N: usize>(x: &[f64; N], s: S) -> Result<S::Ok, S::Error> {
-        x.map(|x| x.is_finite().then_some(x)).as_slice().serialize(s)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>, const N: usize>(d: D) -> Result<[f64; N], D::Error> {
-        let list = Vec::<Option<f64>>::deserialize(d)?;
-        let list: Vec<f64> = list.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect();
-        list.try_into().map_err(|_| serde::de::Error::custom("a list of another length"))
-    }
-}
 
 /// The intervals of all roots, day by day.
 pub(super) fn all(tracks: &[Track], days: &[(f64, Vec<Root>)], params: &FollowParams) -> Vec<Interval> {
@@ -70,11 +51,11 @@ pub(super) fn all(tracks: &[Track], days: &[(f64, Vec<Root>)], params: &FollowPa
             let interval = match (before, now) {
                 (Some(before), Some(now)) => followed(track, before, (day, now), days, params),
                 (None, Some(now)) => {
-                    lone(track, State::Appeared, [day - 1, day], [f64::NAN, length(&days[day].1[now])])
+                    lone(track, State::Appeared, [day - 1, day], [None, Some(length(&days[day].1[now]))])
                 }
                 // Told once, on the first day that misses it.
                 (Some((d, place)), None) if d + 1 == day => {
-                    lone(track, State::Vanished, [d, day], [length(&days[d].1[place]), f64::NAN])
+                    lone(track, State::Vanished, [d, day], [Some(length(&days[d].1[place])), None])
                 }
                 _ => continue,
             };
@@ -87,18 +68,16 @@ pub(super) fn all(tracks: &[Track], days: &[(f64, Vec<Root>)], params: &FollowPa
     intervals
 }
 
-fn lone(track: &Track, state: State, days: [usize; 2], length_mm: [f64; 2]) -> Interval {
-    let none = [f64::NAN];
-    let (root, new_laterals) = (track.id, 0);
+fn lone(track: &Track, state: State, days: [usize; 2], length_mm: [Option<f64>; 2]) -> Interval {
     Interval {
-        root,
+        root: track.id,
         state,
         days,
         length_mm,
-        overlap: none,
-        elongation_mm: none,
-        new_laterals,
-        diameter_change_mm: none,
+        overlap: None,
+        elongation_mm: None,
+        new_laterals: 0,
+        diameter_change_mm: None,
     }
 }
 
@@ -115,9 +94,9 @@ fn followed(
         _ => 0.0,
     };
     let (ours, theirs) = (places(a), places(b));
-    let length_mm = [length(a), length(b)];
+    let [before_mm, now_mm] = [length(a), length(b)];
     let tip = ours.last().map(|tip| foot(tip, &theirs));
-    let elongation = tip.filter(|_| share >= TRUSTED).map_or(f64::NAN, |arc| length_mm[1] - arc);
+    let elongation_mm = tip.filter(|_| share >= TRUSTED).map(|arc| now_mm - arc);
     let within = ours.iter().filter_map(|place| {
         let arc = foot(place, &theirs);
         let near = theirs.iter().find(|p| p.arc_mm >= arc)?;
@@ -125,16 +104,16 @@ fn followed(
         close.then(|| 2.0 * (radius(b, arc) - radius(a, place.arc_mm)))
     });
     let changes: Vec<f64> = within.collect();
-    let change = changes.iter().sum::<f64>() / changes.len() as f64;
+    let mean = changes.iter().sum::<f64>() / changes.len() as f64;
     Interval {
         root: track.id,
         state: State::Followed,
         days: [from, to],
-        length_mm,
-        overlap: [share],
-        elongation_mm: [elongation],
+        length_mm: [Some(before_mm), Some(now_mm)],
+        overlap: Some(share),
+        elongation_mm,
         new_laterals: 0,
-        diameter_change_mm: [change],
+        diameter_change_mm: (!changes.is_empty()).then_some(mean),
     }
 }
 

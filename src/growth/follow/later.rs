@@ -4,20 +4,16 @@
 //! Where a root of the earlier day lies on several of the later, it is cut; stretches that lie on one are joined in its
 //! order, over gaps of [`GAP_MM`] at most, whichever way they were traced. What lies on none stays as it is.
 
-use super::overlap::{Place, places};
+use super::overlap::Known;
 use super::rehang::{Rehung, joined, orders};
 use crate::optics::Vec3;
 use crate::roots::TracedRoot;
-use rstar::primitives::GeomWithData;
-use rstar::{PointDistance, RTree};
 use std::ops::Range;
 
 /// Shorter stretches go with their neighbours: near a fork a point lies on both.
 const SHORT_MM: f64 = 3.0;
 /// Longest gap that is joined over, mm.
 const GAP_MM: f64 = 8.0;
-/// Stretches whose directions differ by less than 60 degrees, either way, run together.
-const TOGETHER: f64 = 0.5;
 
 /// A stretch of an earlier root with the later root that it lies on.
 #[derive(Debug, Clone)]
@@ -33,36 +29,15 @@ struct Stretch {
 
 /// Reads day `day` by the next one, `later`; says where roots were cut.
 pub(super) fn read_by(day: usize, roots: &mut Vec<TracedRoot>, later: &[TracedRoot], within_mm: f64) -> Vec<Rehung> {
-    let of_later: Vec<Vec<Place>> = later.iter().map(|r| places(&r.root)).collect();
-    let entry = |root: usize, k: usize, p: &Place| GeomWithData::new(p.point_mm.into(), (root, k));
-    let all = of_later.iter().enumerate().flat_map(|(n, of)| of.iter().enumerate().map(move |(k, p)| entry(n, k, p)));
-    let tree: RTree<GeomWithData<[f64; 3], (usize, usize)>> = RTree::bulk_load(all.collect());
+    let known = Known::of(later.iter().map(|r| &r.root), within_mm);
+    // Of every point the later roots beside it, with the arc positions there.
     let on = |traced: &TracedRoot| -> Vec<Vec<(usize, f64)>> {
         let points = &traced.root.points_mm;
-        let direction = |k: usize| {
-            let (from, to) = (points[k.saturating_sub(2)], points[(k + 2).min(points.len() - 1)]);
-            (Vec3::from(to) - Vec3::from(from)).try_normalize(1e-9).unwrap_or_else(Vec3::z)
-        };
         let at = |k: usize| {
-            // Every later root near the point that runs with it, nearest first, with the arc position there.
-            let mut near: Vec<(f64, usize, f64)> = Vec::new();
-            for found in tree.locate_within_distance(points[k], within_mm * within_mm) {
-                let (root, place) = found.data;
-                let distance = found.geom().distance_2(&points[k]);
-                if of_later[root][place].direction.dot(&direction(k)).abs() > TOGETHER {
-                    near.push((distance, root, of_later[root][place].arc_mm));
-                }
-            }
-            near.sort_by(|a, b| {
-                a.0.total_cmp(&b.0).then((a.1, a.2).partial_cmp(&(b.1, b.2)).unwrap_or(std::cmp::Ordering::Equal))
-            });
-            let mut each: Vec<(usize, f64)> = Vec::new();
-            for (_, root, arc) in near {
-                if !each.iter().any(|(known, _)| *known == root) {
-                    each.push((root, arc));
-                }
-            }
-            each
+            let (from, to) = (points[k.saturating_sub(2)], points[(k + 2).min(points.len() - 1)]);
+            let direction = (Vec3::from(to) - Vec3::from(from)).try_normalize(1e-9).unwrap_or_else(Vec3::z);
+            let beside = known.beside(&Vec3::from(points[k]), &direction, true);
+            beside.into_iter().map(|b| (b.root, b.arc_mm)).collect()
         };
         (0..points.len()).map(at).collect()
     };

@@ -84,8 +84,8 @@ impl Growth {
         let of_day = || self.intervals.iter().filter(|i| i.days == [day - 1, day]);
         let order = |root: i64| self.tracks.iter().find(|t| t.id == root).map_or(0, |t| t.order);
         let mean = |wanted: &dyn Fn(u32) -> bool| {
-            let of = of_day().filter(|i| wanted(order(i.root)) && i.elongation_mm[0].is_finite());
-            let rates: Vec<f64> = of.map(|i| i.elongation_mm[0] / since).collect();
+            let of = of_day().filter(|i| wanted(order(i.root)));
+            let rates: Vec<f64> = of.filter_map(|i| Some(i.elongation_mm? / since)).collect();
             rates.iter().sum::<f64>() / rates.len() as f64
         };
         let count = |state: State| of_day().filter(|i| i.state == state).count() as f64;

@@ -68,36 +68,71 @@ pub(super) fn places(root: &Root) -> Vec<Place> {
     places.iter().enumerate().map(of).collect()
 }
 
+/// All places of the roots of a day, to ask what lies where.
+pub(super) struct Known {
+    /// Of each root.
+    places: Vec<Vec<Place>>,
+    tree: RTree<GeomWithData<[f64; 3], (usize, usize)>>,
+    within_mm: f64,
+}
+
+/// A root that runs together with a place: its number in the list, the distance squared, mm², and the arc position there, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Beside {
+    pub root: usize,
+    pub distance_2: f64,
+    pub arc_mm: f64,
+}
+
+impl Known {
+    /// The roots, asked within a distance.
+    pub(super) fn of<'a>(roots: impl Iterator<Item = &'a Root>, within_mm: f64) -> Self {
+        let places: Vec<Vec<Place>> = roots.map(places).collect();
+        let entry = |root: usize, k: usize, p: &Place| GeomWithData::new(p.point_mm.into(), (root, k));
+        let all = places.iter().enumerate().flat_map(|(n, of)| of.iter().enumerate().map(move |(k, p)| entry(n, k, p)));
+        let tree = RTree::bulk_load(all.collect());
+        Self { places, tree, within_mm }
+    }
+
+    /// How many roots there are.
+    pub(super) fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Every root that runs with `direction`, either way where `any_way`, at a point: by its nearest place that does; the nearest root first.
+    pub(super) fn beside(&self, point_mm: &Vec3, direction: &Vec3, any_way: bool) -> Vec<Beside> {
+        let at: [f64; 3] = (*point_mm).into();
+        let mut all: Vec<Beside> = Vec::new();
+        for found in self.tree.locate_within_distance(at, self.within_mm * self.within_mm) {
+            let (root, k) = found.data;
+            let place = &self.places[root][k];
+            let cosine = place.direction.dot(direction);
+            if (if any_way { cosine.abs() } else { cosine }) > TOGETHER {
+                all.push(Beside { root, distance_2: found.geom().distance_2(&at), arc_mm: place.arc_mm });
+            }
+        }
+        all.sort_by(|a, b| {
+            a.distance_2.total_cmp(&b.distance_2).then(a.root.cmp(&b.root)).then(a.arc_mm.total_cmp(&b.arc_mm))
+        });
+        let mut nearest: Vec<Beside> = Vec::new();
+        for one in all {
+            if !nearest.iter().any(|known| known.root == one.root) {
+                nearest.push(one);
+            }
+        }
+        nearest
+    }
+}
+
 /// All pairs of which any length lies together.
 pub(super) fn overlaps(earlier: &[&Root], later: &[Root], within_mm: f64) -> Vec<Overlap> {
-    let later_places: Vec<Vec<Place>> = later.iter().map(places).collect();
-    let entries = later_places.iter().enumerate().flat_map(|(root, places)| {
-        places
-            .iter()
-            .enumerate()
-            .map(move |(k, p)| GeomWithData::new([p.point_mm.x, p.point_mm.y, p.point_mm.z], (root, k)))
-    });
-    let tree = RTree::bulk_load(entries.collect());
+    let known = Known::of(later.iter(), within_mm);
     let mut all = Vec::new();
     for (n, root) in earlier.iter().enumerate() {
         let own = places(root);
         let mut counts = vec![0usize; later.len()];
-        let mut nearest: Vec<(f64, usize)> = vec![(f64::INFINITY, 0); later.len()];
         for place in &own {
-            let at: [f64; 3] = place.point_mm.into();
-            nearest.iter_mut().for_each(|n| *n = (f64::INFINITY, 0));
-            for found in tree.locate_within_distance(at, within_mm * within_mm) {
-                let (other, k) = found.data;
-                let distance = found.geom().distance_2(&at);
-                if distance < nearest[other].0 {
-                    nearest[other] = (distance, k);
-                }
-            }
-            for (other, (distance, k)) in nearest.iter().enumerate() {
-                let together =
-                    distance.is_finite() && later_places[other][*k].direction.dot(&place.direction) > TOGETHER;
-                counts[other] += usize::from(together);
-            }
+            known.beside(&place.point_mm, &place.direction, false).iter().for_each(|b| counts[b.root] += 1);
         }
         let length_mm = own.last().map_or(0.0, |p| p.arc_mm);
         for (other, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {

@@ -4,11 +4,9 @@
 //! hangs on it as one. A branch that was there while the other was not yet is the root; the two tails then change places. What is
 //! settled so on one day holds for the days after it.
 
-use super::overlap::{Place, places};
+use super::overlap::{Known, Place, places};
 use crate::optics::Vec3;
 use crate::roots::TracedRoot;
-use rstar::primitives::GeomWithData;
-use rstar::{PointDistance, RTree};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -17,8 +15,6 @@ const LOOK_MM: f64 = 8.0;
 const APART_MM: f64 = 2.0;
 /// Least share of what is looked at that lies on one root of the other day.
 const KNOWN: f64 = 0.6;
-/// Directions that differ by less than 60 degrees run together.
-const TOGETHER: f64 = 0.5;
 
 /// A fork whose branches changed places.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,39 +27,15 @@ pub struct Rehung {
     pub place_mm: [f64; 3],
 }
 
-/// Roots of a day, to ask what lies where.
-struct Known {
-    places: Vec<Vec<Place>>,
-    tree: RTree<GeomWithData<[f64; 3], (usize, usize)>>,
-    within_mm: f64,
-}
-
-impl Known {
-    fn of(roots: &[TracedRoot], within_mm: f64) -> Self {
-        let places: Vec<Vec<Place>> = roots.iter().map(|r| places(&r.root)).collect();
-        let entry = |root: usize, k: usize, p: &Place| GeomWithData::new(p.point_mm.into(), (root, k));
-        let all = places.iter().enumerate().flat_map(|(n, of)| of.iter().enumerate().map(move |(k, p)| entry(n, k, p)));
-        let tree = RTree::bulk_load(all.collect());
-        Self { places, tree, within_mm }
+/// The root that most of the places lie on, where enough do.
+fn who(known: &Known, piece: &[Place]) -> Option<usize> {
+    let mut counts = vec![0usize; known.len()];
+    for place in piece {
+        let nearest = known.beside(&place.point_mm, &place.direction, false).first().map(|b| b.root);
+        nearest.into_iter().for_each(|root| counts[root] += 1);
     }
-
-    /// The root that most of the places lie on, where enough do.
-    fn who(&self, piece: &[&Place]) -> Option<usize> {
-        let mut counts = vec![0usize; self.places.len()];
-        for place in piece {
-            let at: [f64; 3] = place.point_mm.into();
-            let near = self.tree.locate_within_distance(at, self.within_mm * self.within_mm);
-            let together = |d: &(usize, usize)| self.places[d.0][d.1].direction.dot(&place.direction) > TOGETHER;
-            let best = near
-                .filter(|f| together(&f.data))
-                .min_by(|a, b| a.geom().distance_2(&at).total_cmp(&b.geom().distance_2(&at)));
-            if let Some(found) = best {
-                counts[found.data.0] += 1;
-            }
-        }
-        let (root, &count) = counts.iter().enumerate().max_by_key(|(n, count)| (**count, std::cmp::Reverse(*n)))?;
-        (count as f64 >= KNOWN * piece.len() as f64 && count > 0).then_some(root)
-    }
+    let (root, &count) = counts.iter().enumerate().max_by_key(|(n, count)| (**count, std::cmp::Reverse(*n)))?;
+    (count as f64 >= KNOWN * piece.len() as f64 && count > 0).then_some(root)
 }
 
 /// A fork: the root that goes on and the one that springs from it, by their places in the day's list.
@@ -80,7 +52,7 @@ pub(super) fn rehang(days: &mut [Vec<TracedRoot>], within_mm: f64) -> Vec<Rehung
     // By day, the ids of branches whose fork an earlier day has settled.
     let mut settled: Vec<BTreeSet<i64>> = vec![BTreeSet::new(); days.len()];
     for day in 1..days.len() {
-        let known = Known::of(&days[day - 1], within_mm);
+        let known = Known::of(days[day - 1].iter().map(|r| &r.root), within_mm);
         // The other branch was not there yet, or the earlier day's fork is settled already.
         let (first, rest) = settled.split_at_mut(day);
         let earlier: Vec<bool> = days[day - 1].iter().map(|r| first[day - 1].contains(&r.root.id)).collect();
@@ -120,7 +92,7 @@ fn of_day(
             within(&through, fork.arc_mm + APART_MM, fork.arc_mm + LOOK_MM),
             within(&branch, APART_MM, LOOK_MM),
         ];
-        let who = pieces.map(|piece| known.who(&piece.iter().collect::<Vec<_>>()));
+        let who = pieces.map(|piece| who(known, &piece));
         if verdict(who, id) {
             changed.push(exchange(roots, &fork));
         }

@@ -1,5 +1,6 @@
 //! One trait of all plants: points and boxes, groups side by side on each date.
 
+use super::axes::{Axis, lines};
 use super::{COLOURS, Page, label};
 use crate::report::page::html::{escape, number};
 use std::fmt::Write;
@@ -9,38 +10,6 @@ const HEIGHT: f64 = 240.0;
 const LEFT: f64 = 46.0;
 const TOP: f64 = 28.0;
 const BOTTOM: f64 = 44.0;
-
-/// A value axis from round number to round number.
-pub(super) struct Axis {
-    low: f64,
-    high: f64,
-    step: f64,
-}
-
-impl Axis {
-    /// An axis that holds the values, and zero where it is near.
-    pub(super) fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
-        let low = values.clone().fold(f64::INFINITY, f64::min);
-        let high = values.fold(f64::NEG_INFINITY, f64::max);
-        let low = if low > 0.0 && low < 0.5 * high { 0.0 } else { low };
-        let span = if high > low { high - low } else { high.abs().max(1.0) };
-        let raw = span / 4.0;
-        let power = 10f64.powf(raw.log10().floor());
-        let step = [1.0, 2.0, 2.5, 5.0, 10.0].map(|f| f * power).into_iter().find(|s| *s >= raw).unwrap_or(raw);
-        Self { low: (low / step).floor() * step, high: ((low + span) / step).ceil() * step, step }
-    }
-
-    /// Share of the way from low to high.
-    pub(super) fn share(&self, value: f64) -> f64 {
-        (value - self.low) / (self.high - self.low)
-    }
-
-    pub(super) fn ticks(&self) -> impl Iterator<Item = f64> {
-        let count = ((self.high - self.low) / self.step).round() as usize;
-        let (low, step) = (self.low, self.step);
-        (0..=count).map(move |k| low + step * k as f64)
-    }
-}
 
 /// Quantile of sorted values by linear interpolation.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
@@ -66,16 +35,7 @@ pub(super) fn panel(page: &Page<'_>, column: usize, groups: &[&str], name: &str,
         "<figure><svg class=\"chart\" role=\"img\" aria-label=\"{title}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\">\
          <text class=\"title\" x=\"8\" y=\"17\">{title}</text>"
     );
-    for tick in axis.ticks() {
-        let _ = write!(
-            t,
-            "<path class=\"axis\" d=\"M{LEFT} {0:.1}H{WIDTH}\"/><text x=\"{1:.1}\" y=\"{2:.1}\" text-anchor=\"end\">{3}</text>",
-            y(tick),
-            LEFT - 4.0,
-            y(tick) + 4.0,
-            number(tick)
-        );
-    }
+    lines(&axis, LEFT, WIDTH, y, t);
     for (d, date) in dates.iter().enumerate() {
         let middle = LEFT + of_date * (d as f64 + 0.5);
         let _ = write!(
@@ -141,13 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn axes_go_from_round_number_to_round_number() {
-        let axis = Axis::of([812.0, 1390.0].into_iter());
-        assert_eq!((axis.low, axis.high, axis.step), (800.0, 1400.0, 200.0));
-        let axis = Axis::of([3.0, 97.0].into_iter());
-        assert_eq!(axis.ticks().collect::<Vec<_>>(), [0.0, 25.0, 50.0, 75.0, 100.0]);
-        let axis = Axis::of([5.0].into_iter());
-        assert!(axis.share(5.0) >= 0.0 && axis.share(5.0) <= 1.0);
+    fn quantiles_lie_between_values() {
         assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.75), 3.0);
     }
 }

@@ -1,8 +1,8 @@
 //! How plants grew: total length of the followed roots over days.
 
-use super::boxes::Axis;
+use super::axes::{Axis, lines, numbers};
 use super::{COLOURS, Page};
-use crate::report::page::html::{escape, number};
+use crate::report::page::html::escape;
 use std::fmt::Write;
 
 const WIDTH: f64 = 520.0;
@@ -27,8 +27,8 @@ pub(super) fn section(page: &Page<'_>, t: &mut String) {
         return;
     }
     let points = || page.curves.iter().flat_map(|c| &c.points);
-    let days = Axis::of(points().map(|p| p[0]).chain([0.0]).collect::<Vec<_>>().into_iter());
-    let lengths = Axis::of(points().map(|p| p[1]).chain([0.0]).collect::<Vec<_>>().into_iter());
+    let days = Axis::of(points().map(|p| p[0]).chain([0.0]));
+    let lengths = Axis::of(points().map(|p| p[1]).chain([0.0]));
     let x = |day: f64| LEFT + days.share(day) * (WIDTH - LEFT - 16.0);
     let y = |length: f64| HEIGHT - BOTTOM - lengths.share(length) * (HEIGHT - TOP - BOTTOM);
     let _ = write!(
@@ -39,25 +39,8 @@ pub(super) fn section(page: &Page<'_>, t: &mut String) {
         WIDTH - 16.0,
         HEIGHT - 8.0
     );
-    for tick in lengths.ticks() {
-        let _ = write!(
-            t,
-            "<path class=\"axis\" d=\"M{LEFT} {0:.1}H{WIDTH}\"/><text x=\"{1:.1}\" y=\"{2:.1}\" text-anchor=\"end\">{3}</text>",
-            y(tick),
-            LEFT - 4.0,
-            y(tick) + 4.0,
-            number(tick)
-        );
-    }
-    for tick in days.ticks() {
-        let _ = write!(
-            t,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            x(tick),
-            HEIGHT - BOTTOM + 16.0,
-            number(tick)
-        );
-    }
+    lines(&lengths, LEFT, WIDTH, y, t);
+    numbers(&days, x, HEIGHT - BOTTOM + 16.0, t);
     for curve in &page.curves {
         let group = page.columns.first().and_then(|(at, _, groups)| {
             let own = curve.groups.get(*at)?;

@@ -1,6 +1,7 @@
 //! A trial on one page: what is odd, groups side by side, depth profiles, growth, and all plants in one scale. Figures are SVG and need
 //! no script; each plant links to its own page. Equal values give equal bytes.
 
+mod axes;
 mod boxes;
 mod growth;
 mod profiles;

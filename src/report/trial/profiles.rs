@@ -1,8 +1,8 @@
 //! Where the roots of each group lie: root length by depth, mean and standard deviation over the plants of the last date.
 
-use super::boxes::Axis;
+use super::axes::{Axis, lines, numbers};
 use super::{COLOURS, Page, plants};
-use crate::report::page::html::{escape, number};
+use crate::report::page::html::escape;
 use std::fmt::Write;
 
 const WIDTH: f64 = 520.0;
@@ -40,8 +40,8 @@ pub(super) fn panel(page: &Page<'_>, column: usize, groups: &[&str], t: &mut Str
     if rows().next().is_none() {
         return;
     }
-    let lengths = Axis::of(rows().map(|r| r[1] + r[2]).chain([0.0]).collect::<Vec<_>>().into_iter());
-    let depths = Axis::of(rows().map(|r| r[0]).chain([0.0]).collect::<Vec<_>>().into_iter());
+    let lengths = Axis::of(rows().map(|r| r[1] + r[2]).chain([0.0]));
+    let depths = Axis::of(rows().map(|r| r[0]).chain([0.0]));
     let x = |length: f64| LEFT + lengths.share(length.max(0.0)) * (WIDTH - LEFT - 12.0);
     let y = |depth: f64| TOP + depths.share(depth) * (HEIGHT - TOP - BOTTOM);
     let title = format!("Root length by depth{}", if date.is_empty() { String::new() } else { format!(", {date}") });
@@ -55,25 +55,8 @@ pub(super) fn panel(page: &Page<'_>, column: usize, groups: &[&str], t: &mut Str
         HEIGHT - 4.0,
         TOP - 6.0
     );
-    for tick in depths.ticks() {
-        let _ = write!(
-            t,
-            "<path class=\"axis\" d=\"M{LEFT} {0:.1}H{WIDTH}\"/><text x=\"{1:.1}\" y=\"{2:.1}\" text-anchor=\"end\">{3}</text>",
-            y(tick),
-            LEFT - 4.0,
-            y(tick) + 4.0,
-            number(tick)
-        );
-    }
-    for tick in lengths.ticks() {
-        let _ = write!(
-            t,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            x(tick),
-            HEIGHT - 16.0,
-            number(tick)
-        );
-    }
+    lines(&depths, LEFT, WIDTH, y, t);
+    numbers(&lengths, x, HEIGHT - 16.0, t);
     for (g, ((count, rows), group)) in all.iter().zip(groups).enumerate().filter(|(_, ((n, _), _))| *n > 0) {
         let colour = COLOURS[g % COLOURS.len()];
         let line = |of: &dyn Fn(&Row) -> f64| -> Vec<String> {
