@@ -139,22 +139,22 @@ impl Cache {
                     total += usage.bytes;
                 }
                 println!("{:12} {nodes:6} nodes {:>10}", "all", human_bytes(total));
-                by_study(&store, &reaches(&store, study)?)?;
+                let reached = reaches(&store, study)?;
+                by_study(&store, &reached.iter().map(|r| (r.name.clone(), r.keys())).collect::<Vec<_>>())?;
             }
             Action::Pin { store, study } => {
                 let store = store.existing()?;
                 for reach in reaches(&store, study)? {
-                    store.pin(&reach.name, &reach.keys)?;
-                    println!("pinned `{}`: {} nodes", reach.name, reach.keys.len());
+                    let keys = reach.keys();
+                    store.pin(&reach.name, &keys)?;
+                    println!("pinned `{}`: {} nodes", reach.name, keys.len());
                 }
             }
             Action::Unpin { store, name } => store.existing()?.unpin(name)?,
             Action::Pins { store } => {
                 let store = store.existing()?;
                 let pins = store.pins()?;
-                let reaches: Vec<Reach> =
-                    pins.into_iter().map(|(name, keys)| Reach { name, keys, pending: 0 }).collect();
-                by_study(&store, &reaches)?;
+                by_study(&store, &pins.into_iter().collect::<Vec<_>>())?;
             }
             Action::Verify { store, repair, study } => super::verify::verify(&store.existing()?, *repair, study)?,
             Action::Push { store, study, dest } => super::cache_share::push(&store.existing()?, study, dest)?,
@@ -168,7 +168,7 @@ impl Cache {
                 let age = older_than.map(|days| Duration::try_from_secs_f64(days * 86_400.0));
                 let max_age = age.transpose().map_err(|e| Error::usage(format!("--older-than: {e}")))?;
                 let store = store.existing()?;
-                let wanted = reaches(&store, reachable)?.into_iter().flat_map(|reach| reach.keys).collect();
+                let wanted = reaches(&store, reachable)?.into_iter().flat_map(|reach| reach.keys()).collect();
                 let keep_only = (!reachable.is_empty()).then_some(wanted);
                 let rules = Collect { max_bytes: *keep, max_age, keep_only, dry_run: *dry_run };
                 let gone = store.collect(&rules)?;
@@ -208,19 +208,19 @@ fn reaches(store: &Store, studies: &[PathBuf]) -> Result<Vec<Reach>> {
 
 /// Per study its nodes, their size, and the size of those that no other one of the list reaches.
 #[expect(clippy::print_stdout, reason = "the figures are the data")]
-fn by_study(store: &Store, reaches: &[Reach]) -> Result<()> {
-    if reaches.is_empty() {
+fn by_study(store: &Store, studies: &[(String, BTreeSet<Key>)]) -> Result<()> {
+    if studies.is_empty() {
         return Ok(());
     }
     let sizes: BTreeMap<Key, u64> =
         store.list()?.into_iter().map(|listed| (listed.manifest.key, listed.manifest.bytes())).collect();
-    for (n, own) in reaches.iter().enumerate() {
-        let others = |key: &Key| reaches.iter().enumerate().any(|(m, other)| m != n && other.keys.contains(key));
-        let held: Vec<(&Key, u64)> = own.keys.iter().filter_map(|key| Some((key, *sizes.get(key)?))).collect();
+    for (n, (name, own)) in studies.iter().enumerate() {
+        let others = |key: &Key| studies.iter().enumerate().any(|(m, (_, other))| m != n && other.contains(key));
+        let held: Vec<(&Key, u64)> = own.iter().filter_map(|key| Some((key, *sizes.get(key)?))).collect();
         let all: u64 = held.iter().map(|(_, bytes)| bytes).sum();
         let alone: u64 = held.iter().filter(|(key, _)| !others(key)).map(|(_, bytes)| bytes).sum();
         let (all, alone) = (human_bytes(all), human_bytes(alone));
-        println!("{:24} {:6} nodes {all:>10}  alone {alone:>10}", own.name, held.len());
+        println!("{:24} {:6} nodes {all:>10}  alone {alone:>10}", name, held.len());
     }
     Ok(())
 }

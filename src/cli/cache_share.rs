@@ -1,7 +1,7 @@
 //! `rootvox cache push` and `pull`: nodes of a study to and from stores that others share.
 
 use super::options::human_bytes;
-use super::reach::{Reached, nodes};
+use super::reach::{Reach, reach};
 use crate::error::{Error, Result};
 use crate::store::{Destination, Pushed, Store};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -26,7 +26,7 @@ fn check(cancel: &AtomicBool) -> Result<()> {
 #[expect(clippy::print_stdout, reason = "the figures are the data")]
 pub fn push(store: &Store, study: &Path, to: &str) -> Result<()> {
     let cancel = super::cancel::flag()?;
-    let Reached { nodes, pending } = nodes(store, study)?;
+    let Reach { nodes, pending, .. } = reach(store, study)?;
     let destination = Destination::open(to)?;
     let bar = bar(nodes.len());
     let (mut sent, mut there, mut bytes) = (0, 0, 0);
@@ -57,7 +57,7 @@ pub fn pull(cache: &Path, study: &Path, from: &str) -> Result<()> {
     let cancel = super::cancel::flag()?;
     let own = Store::open(cache)?;
     let store = own.clone().over(from)?;
-    let Reached { nodes, pending } = nodes(&store, study)?;
+    let Reach { nodes, pending, .. } = reach(&store, study)?;
     let bar = bar(nodes.len());
     let (mut fetched, mut here, mut bytes) = (0, 0, 0);
     for (stage, key) in nodes {

@@ -4,7 +4,7 @@ use crate::calibration::check::{Checked, Finding, Glance, Level, check};
 use crate::error::{Error, Result};
 use crate::formats::picture::jpeg;
 use crate::photo::sequence::{Told, doubts};
-use crate::photo::{self, Metadata, shrink::shrink};
+use crate::photo::{self, shrink::shrink};
 use crate::report::capture_page::{Thumbnail, page};
 use crate::study::inputs::{CameraSource, Frame};
 use crate::study::photographs;
@@ -203,16 +203,15 @@ fn stamp(path: &Path) -> Stamp {
 fn read(path: &Path) -> Result<Read> {
     let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
     let label = path.display().to_string();
-    let head = photo::head(&bytes, &label)?;
-    let picture = photo::decode(&bytes, &label)?.into_picture();
-    let taken = Metadata::of(&bytes).and_then(|metadata| metadata.taken());
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let told = Told { name, ..Told::of(&bytes, &label)? };
+    let picture = photo::decode(&bytes, &label)?.into_picture();
     let glance = Glance::at(&picture);
     // Every so many pixels, and their means: a large photograph is not averaged whole.
     let step = (picture.dim().1.max(picture.dim().0) / (3 * THUMBNAIL_PX)).max(1);
     let picture = picture.slice(s![..;step, ..;step, ..]).to_owned();
     let thumbnail = jpeg(shrink(picture, THUMBNAIL_PX)?.view(), 80)?;
-    Ok(Read { glance, thumbnail, told: Told { name, head, taken } })
+    Ok(Read { glance, thumbnail, told })
 }
 
 #[expect(clippy::print_stdout, reason = "the findings are the data")]

@@ -1,11 +1,10 @@
 //! `rootvox cluster`: workers on a cluster, started by its own scheduler.
 
 use super::cluster_status::Status;
-use super::options::{StoreOptions, bytes, human_bytes};
+use super::options::{StoreOptions, StudiesOptions, bytes, human_bytes};
 use super::slurm_script::Jobs;
 use super::work::duration;
 use crate::error::{Error, Result};
-use crate::study::batch::Batch;
 use crate::study::{command, folder};
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Subcommand};
@@ -47,12 +46,8 @@ impl Cluster {
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 struct Slurm {
-    /// Study files (TOML).
-    #[arg(required = true)]
-    study: Vec<PathBuf>,
-    /// Override a value of every study: SECTION.KEY=VALUE, as often as needed.
-    #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
-    set: Vec<String>,
+    #[command(flatten)]
+    studies: StudiesOptions,
     #[command(flatten)]
     store: StoreOptions,
     /// Folder that the results folders are written into.
@@ -85,20 +80,20 @@ impl Slurm {
     #[expect(clippy::print_stdout, reason = "the commands are the data")]
     fn run(&self) -> Result<()> {
         // A fault of the study is told here, not in 32 logs.
-        let batch = Batch::load_all(&self.study, &self.set)?;
+        let batch = self.studies.load()?;
         for study in &batch.studies {
-            folder::check_place(&self.results, &study.name)?;
+            folder::check_place(&batch.results_in(&self.results), &study.name)?;
         }
         let here =
             std::env::current_dir().map_err(|e| Error::failed(format!("cannot tell the current folder: {e}")))?;
-        let first = self.study.first().and_then(|path| path.file_stem()).unwrap_or_default().to_string_lossy();
+        let first = self.studies.study.first().and_then(|path| path.file_stem()).unwrap_or_default().to_string_lossy();
         let place = here.join("cluster").join(&*first);
         let jobs = Jobs {
             name: format!("rootvox-{first}"),
-            written_by: self.command(),
+            written_by: std::env::args().map(|word| command::quoted(&word)).collect::<Vec<_>>().join(" "),
             program: std::env::current_exe().map_err(|e| Error::failed(format!("cannot tell where I am: {e}")))?,
-            studies: self.study.iter().map(|study| here.join(study)).collect(),
-            set: self.set.clone(),
+            studies: self.studies.study.iter().map(|study| here.join(study)).collect(),
+            set: self.studies.set.clone(),
             cache: here.join(&self.store.cache),
             cache_upstream: self.store.upstream_from(&here),
             results: here.join(&self.results),
@@ -124,16 +119,9 @@ impl Slurm {
         let workers = sbatch(&[], &place.join("workers.sbatch"))?;
         let closing = sbatch(&[&format!("--dependency=afterany:{workers}")], &place.join("results.sbatch"))?;
         println!("workers {workers}, results {closing}");
-        eprintln!("look at: rootvox cluster status {}", command::quoted(&self.study_words()));
+        let words: Vec<String> = self.studies.study.iter().map(|s| command::quoted(&s.display().to_string())).collect();
+        eprintln!("look at: rootvox cluster status {}", words.join(" "));
         Ok(())
-    }
-
-    fn study_words(&self) -> String {
-        self.study.iter().map(|study| study.display().to_string()).collect::<Vec<_>>().join(" ")
-    }
-
-    fn command(&self) -> String {
-        format!("rootvox cluster slurm {} --workers {}", self.study_words(), self.workers)
     }
 }
 

@@ -1,14 +1,12 @@
 //! `rootvox cluster status`: how far the workers are.
 
-use super::options::StoreOptions;
+use super::options::{StoreOptions, StudiesOptions};
 use crate::error::Result;
 use crate::flow::{Engine, Graph, NodeState, Plan, lay_out};
 use crate::store::{Key, Past, Store};
-use crate::study::batch::Batch;
 use clap::Args;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
-use std::path::PathBuf;
 
 /// Rates are of the last so many seconds.
 const LATELY_S: f64 = 600.0;
@@ -16,12 +14,8 @@ const LATELY_S: f64 = 600.0;
 /// Show how far the workers of a study are: nodes done, what runs where, rate, time left, failures with their logs.
 #[derive(Args)]
 pub struct Status {
-    /// Study files (TOML).
-    #[arg(required = true)]
-    study: Vec<PathBuf>,
-    /// Override a value of every study: SECTION.KEY=VALUE, as often as needed.
-    #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
-    set: Vec<String>,
+    #[command(flatten)]
+    studies: StudiesOptions,
     #[command(flatten)]
     store: StoreOptions,
 }
@@ -33,7 +27,7 @@ impl Status {
     /// Faults of the studies, or no store.
     #[expect(clippy::print_stdout, reason = "the figures are the data")]
     pub fn run(&self) -> Result<()> {
-        let batch = Batch::load_all(&self.study, &self.set)?;
+        let batch = self.studies.load()?;
         let store = self.store.existing()?;
         let plan = Engine::new(&store).status(&batch.graph, &batch.targets())?;
         let names = batch.names();

@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::formats::camera_file::COLMAP_FILES;
+use crate::photo::Metadata;
 use crate::photo::sequence::{Told, doubts};
-use crate::photo::{self, Metadata};
 use crate::study::draft::{CameraFile, Draft, DraftTank};
 use crate::study::inputs::Frame;
 use crate::study::photographs::{self, Found};
@@ -57,9 +57,10 @@ impl Init {
     /// No photograph, a file that is there already, measures that are missing or make no tank.
     pub fn run(&self) -> Result<()> {
         let found = photographs::in_folder(&self.folder)?;
-        let told = found.paths.par_iter().map(|path| tell(path)).collect::<Result<Vec<Told>>>()?;
+        let (told, focal_px): (Vec<Told>, Vec<Option<f64>>) =
+            found.paths.par_iter().map(|path| tell(path)).collect::<Result<Vec<_>>>()?.into_iter().unzip();
         let cameras = cameras_in(&self.folder);
-        let seen = describe(&found, &told);
+        let seen = describe(&told, focal_px[0]);
         eprintln!("{}: {seen}", self.folder.display());
         found.note().into_iter().chain(doubts(&told, cameras.is_some())).for_each(|note| eprintln!("note: {note}"));
         let out = self.out();
@@ -143,19 +144,20 @@ fn belt(text: &str) -> std::result::Result<[f64; 2], String> {
     }
 }
 
-fn tell(path: &Path) -> Result<Told> {
+/// What a photograph says, and its focal length, px, where the camera told it.
+fn tell(path: &Path) -> Result<(Told, Option<f64>)> {
     let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
-    let head = photo::head(&bytes, &path.display().to_string())?;
-    let taken = Metadata::of(&bytes).and_then(|metadata| metadata.taken());
-    Ok(Told { name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(), head, taken })
+    let told = Told::of(&bytes, &path.display().to_string())?;
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let (width, height) = told.head.size;
+    let focal_px = Metadata::of(&bytes).and_then(|metadata| metadata.focal_px(width, height));
+    Ok((Told { name, ..told }, focal_px))
 }
 
 /// What the photographs are, in a few words.
-fn describe(found: &Found, told: &[Told]) -> String {
+fn describe(told: &[Told], focal_px: Option<f64>) -> String {
     let head = &told[0].head;
     let mut text = format!("{} photographs of {} x {} px, {}", told.len(), head.size.0, head.size.1, head.format);
-    let focal_px =
-        std::fs::read(&found.paths[0]).ok().and_then(|bytes| Metadata::of(&bytes)?.focal_px(head.size.0, head.size.1));
     text.extend(focal_px.map(|f| format!(", focal length about {f:.0} px")));
     let times = (told.iter().filter_map(|t| t.taken).min(), told.iter().filter_map(|t| t.taken).max());
     if let (Some(first), Some(last)) = times {

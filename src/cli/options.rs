@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::store::Store;
+use crate::study::batch::Batch;
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use std::path::PathBuf;
@@ -72,6 +73,27 @@ impl StoreOptions {
     }
 }
 
+/// Several studies at once.
+#[derive(Args)]
+pub struct StudiesOptions {
+    /// Study files (TOML).
+    #[arg(required = true)]
+    pub study: Vec<PathBuf>,
+    /// Override a value of every study: SECTION.KEY=VALUE, as often as needed.
+    #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+impl StudiesOptions {
+    /// Reads all of them into one graph.
+    ///
+    /// # Errors
+    /// Faults of the study files.
+    pub fn load(&self) -> Result<Batch> {
+        Batch::load_all(&self.study, &self.set)
+    }
+}
+
 /// How much of the machine a run may take.
 #[derive(Args)]
 pub struct MachineOptions {
@@ -94,13 +116,23 @@ pub struct TraceOptions {
 impl MachineOptions {
     /// Threads to use.
     pub fn threads(&self) -> usize {
-        self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
+        self.threads.unwrap_or_else(all_cores)
     }
 
     /// Bytes that running nodes may take together.
     pub fn memory_bytes(&self) -> u64 {
-        self.memory.unwrap_or_else(|| machine_memory().map_or(4 << 30, |(total, _)| (total / 2).max(1 << 30)))
+        self.memory.unwrap_or_else(half_the_memory)
     }
+}
+
+/// Cores that the process may use.
+pub fn all_cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Half of the machine's memory, bytes.
+pub fn half_the_memory() -> u64 {
+    machine_memory().map_or(4 << 30, |(total, _)| (total / 2).max(1 << 30))
 }
 
 /// Memory that the process may use at all and what is free of it, bytes; `None` where the machine does not tell.

@@ -1,10 +1,11 @@
 //! `rootvox pack`: a study that travels.
 
 use super::options::{StoreOptions, human_bytes};
-use super::reach::nodes;
+use super::reach::reach;
 use crate::error::{Error, Result};
 use crate::store::Destination;
 use crate::study::batch::Batch;
+use crate::study::folder::LOCK;
 use crate::study::pack::Parcel;
 use clap::Args;
 use std::path::PathBuf;
@@ -48,13 +49,14 @@ impl Pack {
     #[expect(clippy::print_stdout, reason = "the figures are the data")]
     pub fn run(&self) -> Result<()> {
         let batch = Batch::load(&self.study, &self.set)?;
+        let results = batch.results_in(&self.results);
         let folder = tempfile::tempdir().map_err(|e| Error::io("write", &std::env::temp_dir(), e))?;
         if self.nodes {
             let store = self.store.existing()?;
             let destination = Destination::open(&folder.path().to_string_lossy())?;
             for study in &batch.studies {
-                let lock = self.results.join(&study.name).join(crate::study::folder::LOCK);
-                for (stage, key) in nodes(&store, &lock)?.nodes {
+                let lock = results.join(&study.name).join(LOCK);
+                for (stage, key) in reach(&store, &lock)?.nodes {
                     destination.push(&store, &stage, key)?;
                 }
             }
@@ -62,7 +64,7 @@ impl Pack {
         let parcel = Parcel {
             study: &self.study,
             batch: &batch,
-            results: &self.results,
+            results: &results,
             photographs: !self.no_photographs,
             nodes: self.nodes.then_some(folder.path()),
         };

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::flow::{Engine, NodeState};
 use crate::store::{Key, Store};
 use crate::study::batch::Batch;
-use crate::study::lock::Lock;
+use crate::study::lock::{Lock, LockedNode};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -12,10 +12,17 @@ use std::path::Path;
 pub struct Reach {
     /// Name of the study.
     pub name: String,
-    /// Keys of its nodes, as far as they can be known without running.
-    pub keys: BTreeSet<Key>,
+    /// Stage and key of its nodes, inputs before consumers, as far as they can be known without running.
+    pub nodes: Vec<(String, Key)>,
     /// Nodes that would run, or may: what hangs on them cannot be known.
     pub pending: usize,
+}
+
+impl Reach {
+    /// Keys of all nodes.
+    pub fn keys(&self) -> BTreeSet<Key> {
+        self.nodes.iter().map(|(_, key)| *key).collect()
+    }
 }
 
 /// Follows the study file, or the `.lock`, at `path`.
@@ -25,43 +32,16 @@ pub struct Reach {
 pub fn reach(store: &Store, path: &Path) -> Result<Reach> {
     if path.extension().is_some_and(|extension| extension == "lock") {
         let lock = Lock::read(path)?;
-        let keys = lock.nodes.iter().filter_map(|node| node.key).collect();
-        return Ok(Reach { name: lock.study, keys, pending: 0 });
+        let of = |node: &LockedNode| Some((lock.work.get(node.work?)?.stage.clone(), node.key?));
+        let nodes = lock.nodes.iter().filter_map(of).collect();
+        return Ok(Reach { name: lock.study, nodes, pending: 0 });
     }
     let batch = Batch::load(path, &[])?;
     let plan = Engine::new(store).status(&batch.graph, &batch.targets())?;
-    let keys = plan.nodes().filter_map(|(_, planned)| match planned.state {
-        NodeState::Cached { key, .. } | NodeState::WouldRun { key, .. } => Some(key),
+    let nodes = plan.nodes().filter_map(|(_, planned)| match planned.state {
+        NodeState::Cached { key, .. } | NodeState::WouldRun { key, .. } => Some((planned.stage?.to_owned(), key)),
         _ => None,
     });
     let names: Vec<&str> = batch.studies.iter().map(|study| study.name.as_str()).collect();
-    Ok(Reach { name: names.join("+"), keys: keys.collect(), pending: plan.pending().count() })
-}
-
-/// The nodes of a study by stage and key.
-pub struct Reached {
-    /// Those that the store has, inputs before consumers.
-    pub nodes: Vec<(String, Key)>,
-    /// How many it does not have.
-    pub pending: usize,
-}
-
-/// The nodes of the study file, or the `.lock`, at `path` that the store has.
-///
-/// # Errors
-/// As [`reach`].
-pub fn nodes(store: &Store, path: &Path) -> Result<Reached> {
-    if path.extension().is_some_and(|extension| extension == "lock") {
-        let lock = Lock::read(path)?;
-        let of = |node: &crate::study::lock::LockedNode| Some((lock.work.get(node.work?)?.stage.clone(), node.key?));
-        let nodes: Vec<(String, Key)> = lock.nodes.iter().filter_map(of).collect();
-        return Ok(Reached { nodes, pending: 0 });
-    }
-    let batch = Batch::load(path, &[])?;
-    let plan = Engine::new(store).status(&batch.graph, &batch.targets())?;
-    let nodes = plan.nodes().filter_map(|(_, planned)| match (&planned.state, planned.stage) {
-        (NodeState::Cached { key, .. }, Some(stage)) => Some((stage.to_owned(), *key)),
-        _ => None,
-    });
-    Ok(Reached { nodes: nodes.collect(), pending: plan.pending().count() })
+    Ok(Reach { name: names.join("+"), nodes: nodes.collect(), pending: plan.pending().count() })
 }

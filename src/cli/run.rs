@@ -60,9 +60,9 @@ impl Run {
             return Err(Error::usage(format!("--best {column}: `{}` is no sweep", self.study.study.display()))
                 .help("lay a [sweep] over it, such as --set 'sweep.extract.high=[0.8, 1.0]'"));
         }
-        let of_captures = batch.trial.as_ref().map(|trial| self.results.join(&trial.name));
+        let place = batch.results_in(&self.results);
         for study in &batch.studies {
-            folder::check_place(of_captures.as_ref().unwrap_or(&self.results), &study.name)?;
+            folder::check_place(&place, &study.name)?;
         }
         let store = self.store.open()?;
         let wanted = self.captures.wanted(&batch, &store)?;

@@ -1,14 +1,13 @@
 //! `rootvox work`: one of several workers on a shared store.
 
-use super::options::{StoreOptions, bytes, machine_memory};
+use super::options::{StoreOptions, StudiesOptions, all_cores, bytes, half_the_memory};
 use super::tally::Tally;
 use super::watch::Watch;
 use crate::error::{Error, Result};
 use crate::flow::Engine;
-use crate::study::batch::{Batch, Study};
+use crate::study::batch::Study;
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Compute nodes of studies together with other workers on one store; write no results.
@@ -24,12 +23,8 @@ use std::time::{Duration, Instant};
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Work {
-    /// Study files (TOML).
-    #[arg(required = true)]
-    study: Vec<PathBuf>,
-    /// Override a value of every study: SECTION.KEY=VALUE, as often as needed.
-    #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
-    set: Vec<String>,
+    #[command(flatten)]
+    studies: StudiesOptions,
     #[command(flatten)]
     store: StoreOptions,
     /// Begin no node after this time, such as 50m or 1h30m.
@@ -55,21 +50,20 @@ impl Work {
     pub fn run(&self) -> Result<()> {
         let begun = Instant::now();
         let end = self.time.map(|time| begun + time);
-        let cores = self.cores.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+        let cores = self.cores.unwrap_or_else(all_cores);
         // Reading studies and photographs keeps to the cores too.
         rayon::ThreadPoolBuilder::new()
             .num_threads(cores)
             .build_global()
             .map_err(|e| Error::failed(format!("cannot start threads: {e}")))?;
         let cancel = super::cancel::flag()?;
-        let batch = Batch::load_all(&self.study, &self.set)?;
+        let batch = self.studies.load()?;
         let store = self.store.open()?;
         let targets = batch.targets();
-        let memory = || machine_memory().map_or(4 << 30, |(total, _)| (total / 2).max(1 << 30));
         let (watch, tally) = (Watch::new(&batch, &store, &targets, cores, None)?, Tally::default());
         let outcome = Engine::new(&store)
             .threads(cores)
-            .memory_bytes(self.memory.unwrap_or_else(memory))
+            .memory_bytes(self.memory.unwrap_or_else(half_the_memory))
             .cancel(cancel.clone())
             .until(end)
             .log(self.log.clone())

@@ -5,7 +5,7 @@
 //! pooled standard deviation, corrected for small samples. A value is odd where it lies over 3.5 robust standard deviations
 //! (1.4826 · median absolute deviation) from the median of its group (Iglewicz and Hoaglin 1993).
 
-use crate::math::robust::median;
+use crate::math::robust::{median, spread};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -73,9 +73,8 @@ pub fn oddness(values: &[f64]) -> Vec<f64> {
         return vec![0.0; values.len()];
     }
     let middle = median(&mut sound.clone());
-    let spread = 1.4826 * median(&mut sound.iter().map(|x| (x - middle).abs()).collect::<Vec<_>>());
     // A third more or less is no oddity, however alike a few others are.
-    let spread = spread.max(LEAST_SPREAD * middle.abs());
+    let spread = spread(sound.iter().map(|x| x - middle)).max(LEAST_SPREAD * middle.abs());
     values.iter().map(|x| if spread > 0.0 { (x - middle) / spread } else { 0.0 }).collect()
 }
 

@@ -1,7 +1,8 @@
 //! What photographs say of themselves, held against each other: one camera, one format, one order.
 
-use super::decode::Head;
-use super::metadata::Moment;
+use super::decode::{Head, head};
+use super::metadata::{Metadata, Moment};
+use crate::error::Result;
 use std::collections::BTreeMap;
 
 /// What one photograph says.
@@ -13,6 +14,17 @@ pub struct Told {
     pub head: Head,
     /// When it was taken, where the camera said.
     pub taken: Option<Moment>,
+}
+
+impl Told {
+    /// What the photograph `name` says.
+    ///
+    /// # Errors
+    /// Where its head cannot be read.
+    pub fn of(bytes: &[u8], name: &str) -> Result<Self> {
+        let taken = Metadata::of(bytes).and_then(|metadata| metadata.taken());
+        Ok(Self { name: name.to_owned(), head: head(bytes, name)?, taken })
+    }
 }
 
 /// Photographs of a rarer format that a warning names.

@@ -5,7 +5,6 @@
 use crate::error::{Error, Result};
 use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::photo::sequence::{Told, doubts};
-use crate::photo::{self, Metadata};
 use serde::Serialize;
 use serde_json::json;
 
@@ -33,10 +32,7 @@ impl Stage for Survey {
             progress.check()?;
             let bytes = file.bytes("file")?;
             // What cannot be read is complained of where its pixels are wanted.
-            if let Ok(head) = photo::head(&bytes, name) {
-                let taken = Metadata::of(&bytes).and_then(|metadata| metadata.taken());
-                all.push(Told { name: name.clone(), head, taken });
-            }
+            all.extend(Told::of(&bytes, name));
             progress.advance(1);
         }
         doubts(&all, self.has_camera_file).into_iter().for_each(|doubt| output.warn(doubt));

@@ -20,6 +20,9 @@ use crate::error::{Error, Result};
 /// one machine what another did.
 const PATIENCE: Duration = Duration::from_secs(9 * BEAT.as_secs());
 
+/// As [`PATIENCE`], of a claim that names nobody: its maker died before it wrote, and writing follows making at once.
+const PATIENCE_NAMELESS: Duration = BEAT;
+
 /// Of claims that nobody asks for, the files of silent holders are swept at this age.
 const STALE: Duration = Duration::from_secs(3600);
 
@@ -65,6 +68,7 @@ impl Claims {
     pub(super) fn claim(&self, key: Key, label: &str) -> Claim {
         let path = self.folder.join(format!("{key}.lock"));
         let make = || File::options().create_new(true).write(true).open(&path);
+        let holder = Holder::this(label);
         for _ in 0..2 {
             let made = make().or_else(|e| match e.kind() {
                 ErrorKind::NotFound => std::fs::create_dir_all(&self.folder).and_then(|()| make()),
@@ -72,7 +76,6 @@ impl Claims {
             });
             match made {
                 Ok(mut file) => {
-                    let holder = Holder::this(label);
                     let _ = holder.write(&mut file);
                     self.heart.add(&path);
                     return Claim::Ours(Held(Some((path, holder, self.heart.clone()))));
@@ -107,7 +110,8 @@ impl Claims {
         if last != touched {
             seen.insert(key, (touched, Instant::now()));
         }
-        let is_silent = last == touched && since.elapsed() > self.patience;
+        let patience = if text.is_empty() { self.patience.min(PATIENCE_NAMELESS) } else { self.patience };
+        let is_silent = last == touched && since.elapsed() > patience;
         if !is_silent && !Holder::parse(&text).is_some_and(|holder| holder.is_gone()) {
             return false;
         }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Store;
 use super::digest::{Digest, Key};
+use super::holder::this_process;
 
 /// A node that failed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,11 +31,10 @@ impl Store {
 
     /// Records that the work claimed as `name`, called `label`, failed in this process.
     pub fn record_failure(&self, name: Key, label: &str, error: &str, log: Option<&str>) {
-        let host = gethostname::gethostname().to_string_lossy().into_owned();
         let failure = Failure {
             label: label.to_owned(),
             error: error.to_owned(),
-            by: format!("{host}:{}", std::process::id()),
+            by: this_process(),
             at: jiff::Timestamp::now().to_string(),
             log: log.map(str::to_owned),
         };

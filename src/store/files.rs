@@ -25,7 +25,7 @@ pub(super) fn digest_file(path: &Path) -> Result<(Digest, u64)> {
 }
 
 /// All files under `folder` as paths relative to it with `/` between names, sorted; nothing if it is missing.
-pub(super) fn tree(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
+pub fn tree(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let mut found = Vec::new();
     let mut open = vec![(String::new(), folder.to_owned())];
     while let Some((prefix, path)) = open.pop() {
@@ -46,6 +46,12 @@ pub(super) fn tree(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     }
     found.sort();
     Ok(found)
+}
+
+/// Whether a name from others leads to a file inside of the folder that it is laid under: plain parts with `/` between.
+pub fn leads_inside(name: &str) -> bool {
+    let strange = |part: &str| part.is_empty() || part == "." || part == ".." || part.contains(['\\', ':', '\0']);
+    !name.split('/').any(strange)
 }
 
 /// Bytes of all files under `folder`.

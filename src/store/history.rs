@@ -8,6 +8,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::digest::{Digest, Key};
+use super::holder::this_process;
 use super::manifest::Manifest;
 
 /// Bytes that hold the latest runs.
@@ -43,7 +44,7 @@ pub(super) fn append(folder: &Path, record: &Manifest, seconds: f64) {
         seconds,
         bytes: record.bytes(),
         at: jiff::Timestamp::now().to_string(),
-        by: format!("{}:{}", record.host, std::process::id()),
+        by: this_process(),
     };
     let Ok(mut line) = serde_json::to_vec(&past) else { return };
     line.push(b'\n');

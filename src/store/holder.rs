@@ -98,8 +98,18 @@ pub(super) fn is_abandoned(path: &Path, patience: Duration) -> bool {
     if Holder::parse(&text).is_some_and(|holder| holder.is_gone()) {
         return true;
     }
+    is_silent(path, patience)
+}
+
+/// Whether the file at `path` was not touched for `patience`, by the clocks.
+pub(super) fn is_silent(path: &Path, patience: Duration) -> bool {
     let touched = std::fs::metadata(path).and_then(|meta| meta.modified()).ok();
     touched.and_then(|time| SystemTime::now().duration_since(time).ok()).is_some_and(|age| age > patience)
+}
+
+/// This process for people: `host:process`.
+pub(super) fn this_process() -> String {
+    format!("{}:{}", THIS.host, std::process::id())
 }
 
 #[cfg(test)]

@@ -143,8 +143,7 @@ pub(super) fn unpack(object: impl Read, bytes: u64, stage: &str, key: Key, folde
 
 /// Whether a file of that name belongs to a member of the manifest.
 fn is_inside(name: &str, manifest: &Manifest) -> bool {
-    let strange = |part: &str| part.is_empty() || part == "." || part == ".." || part.contains(['\\', ':', '\0']);
-    if name.split('/').any(strange) {
+    if !files::leads_inside(name) {
         return false;
     }
     let owns = |member: &super::manifest::Member| match member.kind {

@@ -5,10 +5,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use super::heart::Heart;
-use super::holder::{Holder, is_abandoned};
+use super::holder::{Holder, is_abandoned, is_silent};
 use crate::error::{Error, Result};
 
 /// Leftovers of processes that another machine ran are swept when these were silent for so long.
@@ -30,13 +30,14 @@ impl Session {
                 .help("make it writable, or name another folder with `--cache FOLDER` or ROOTVOX_CACHE")
         };
         std::fs::create_dir_all(tmp).map_err(cannot)?;
+        let holder = Holder::this("drafts");
         let lock = tempfile::Builder::new()
             .prefix(&format!("{}-", std::process::id()))
             .suffix(".lock")
             .tempfile_in(tmp)
             .map_err(cannot)?;
         let (mut file, lock_path) = lock.keep().map_err(|e| cannot(e.error))?;
-        Holder::this("drafts").write(&mut file).map_err(cannot)?;
+        holder.write(&mut file).map_err(cannot)?;
         heart.add(&lock_path);
         let folder = lock_path.with_extension("");
         std::fs::create_dir(&folder).map_err(cannot)?;
@@ -71,13 +72,8 @@ pub(super) fn sweep(tmp: &Path) {
         } else if !is_lock && path.is_dir() && !path.with_extension("lock").exists() {
             // The lock is made before the folder and removed after it: nobody owns this one.
             let _ = std::fs::remove_dir_all(&path);
-        } else if !is_lock && path.is_file() && is_old(&path) {
+        } else if !is_lock && path.is_file() && is_silent(&path, STALE) {
             let _ = std::fs::remove_file(&path);
         }
     }
-}
-
-fn is_old(path: &Path) -> bool {
-    let touched = std::fs::metadata(path).and_then(|meta| meta.modified()).ok();
-    touched.and_then(|time| SystemTime::now().duration_since(time).ok()).is_some_and(|age| age > STALE)
 }

@@ -21,7 +21,7 @@ use crate::error::{Error, Result};
 use crate::flow::{Graph, NodeId};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -212,6 +212,11 @@ impl Batch {
         let (parameters, fastest) = (section.parameters(), section.fastest());
         self.studies.push(Study { name, parameters, fastest, traits: section.traits, points });
         Ok(())
+    }
+
+    /// Folder that the studies' results folders lie in: `results_dir`, or that of the trial in it.
+    pub fn results_in(&self, results_dir: &Path) -> PathBuf {
+        self.trial.as_ref().map_or_else(|| results_dir.to_owned(), |trial| results_dir.join(&trial.name))
     }
 
     /// All nodes that bring all studies up to date.

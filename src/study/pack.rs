@@ -15,6 +15,8 @@ use super::folder::LOCK;
 use super::lock::Lock;
 use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
+use crate::store::tree;
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -51,13 +53,7 @@ impl Parcel<'_> {
         let cannot = |e: &dyn std::fmt::Display| Error::io("write", to, e);
         let beside = to.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let file = tempfile::NamedTempFile::new_in(beside).map_err(|e| cannot(&e))?;
-        let mut zip = Zip {
-            to: ZipWriter::new(BufWriter::new(file)),
-            files: 0,
-            bytes: 0,
-            names: Default::default(),
-            has_input: false,
-        };
+        let mut zip = Zip { to: ZipWriter::new(BufWriter::new(file)), files: 0, bytes: 0, inputs: BTreeSet::new() };
         let name = self.study.file_name().unwrap_or_default().to_string_lossy();
         zip.file(&format!("study/{name}"), self.study)?;
         let mut first = None;
@@ -70,7 +66,7 @@ impl Parcel<'_> {
         }
         let Some(lock) = first else { return Err(Error::usage("the study file asks for nothing")) };
         let mut entries = vec![("study".to_owned(), true), (RESULTS.to_owned(), true)];
-        entries.extend(zip.has_input.then(|| (INPUT.to_owned(), true)));
+        entries.extend((!zip.inputs.is_empty()).then(|| (INPUT.to_owned(), true)));
         entries.extend(self.nodes.map(|_| (NODES.to_owned(), true)));
         zip.bytes(crate_metadata::NAME, crate_metadata::text(&lock, &entries, &self.made(&lock))?.as_bytes())?;
         let (files, bytes) = (zip.files, zip.bytes);
@@ -89,7 +85,7 @@ impl Parcel<'_> {
         for settings in settings {
             self.add_inputs(study, settings, &mut lock, zip)?;
         }
-        for (name, path) in tree(&folder)? {
+        for (name, path) in plain_files(&folder)? {
             if name != LOCK {
                 zip.file(&format!("{own}/{name}"), &path)?;
             }
@@ -104,7 +100,7 @@ impl Parcel<'_> {
         let from_lock = |name: &str| toml::Value::from(format!("../../{name}")).to_string();
         if let Some(file) = &settings.corrections_file {
             let name = format!("{place}/{}", file.file_name().unwrap_or_default().to_string_lossy());
-            zip.once(&name, file)?;
+            zip.input(&name, file)?;
             lock.settings.insert("corrections.file".into(), from_lock(&name));
         }
         let Source::Files(photographs) = &settings.source else { return Ok(()) };
@@ -115,8 +111,9 @@ impl Parcel<'_> {
         }
         let reached = self.batch.graph.upstream(&study.targets());
         let paths = self.batch.graph.nodes().filter(|n| reached[n.index()]).filter_map(|n| self.batch.graph.path(n));
-        let others = ["tank.json"].iter().map(|name| settings.input_dir.join(name)).filter(|path| path.is_file());
-        for path in paths.map(Path::to_owned).chain(others) {
+        // The lock holds the tank; its file is for people.
+        let tank = Some(settings.input_dir.join("tank.json")).filter(|path| path.is_file());
+        for path in paths.map(Path::to_owned).chain(tank) {
             let is_photograph = photographs.contains(&path);
             if settings.corrections_file.as_ref() == Some(&path) || (is_photograph && !self.photographs) {
                 continue;
@@ -128,8 +125,7 @@ impl Parcel<'_> {
                     .help("put what the study reads into the folder that photos.dir names")
             })?;
             let inside: Vec<_> = inside.components().map(|part| part.as_os_str().to_string_lossy()).collect();
-            zip.once(&format!("{place}/{}", inside.join("/")), &path)?;
-            zip.has_input = true;
+            zip.input(&format!("{place}/{}", inside.join("/")), &path)?;
         }
         Ok(())
     }
@@ -146,8 +142,8 @@ struct Zip {
     to: ZipWriter<BufWriter<tempfile::NamedTempFile>>,
     files: usize,
     bytes: u64,
-    names: std::collections::BTreeSet<String>,
-    has_input: bool,
+    /// Names of what the studies read.
+    inputs: BTreeSet<String>,
 }
 
 impl Zip {
@@ -167,9 +163,9 @@ impl Zip {
         Ok(())
     }
 
-    /// As [`Zip::file`], where it is not there yet.
-    fn once(&mut self, name: &str, path: &Path) -> Result<()> {
-        if self.names.insert(name.to_owned()) { self.file(name, path) } else { Ok(()) }
+    /// A file that a study reads, where it is not there yet.
+    fn input(&mut self, name: &str, path: &Path) -> Result<()> {
+        if self.inputs.insert(name.to_owned()) { self.file(name, path) } else { Ok(()) }
     }
 
     fn bytes(&mut self, name: &str, bytes: &[u8]) -> Result<()> {
@@ -179,25 +175,13 @@ impl Zip {
     }
 
     fn folder(&mut self, name: &str, folder: &Path) -> Result<()> {
-        tree(folder)?.into_iter().try_for_each(|(inside, path)| self.file(&format!("{name}/{inside}"), &path))
+        plain_files(folder)?.into_iter().try_for_each(|(inside, path)| self.file(&format!("{name}/{inside}"), &path))
     }
 }
 
-/// All files of a folder by name with `/` between parts, sorted; links are not followed out of it.
-fn tree(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
-    let (mut found, mut open) = (Vec::new(), vec![(String::new(), folder.to_owned())]);
-    while let Some((prefix, folder)) = open.pop() {
-        for entry in fs::read_dir(&folder).map_err(|e| Error::io("list", &folder, e))? {
-            let entry = entry.map_err(|e| Error::io("list", &folder, e))?;
-            let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-            let kind = entry.file_type().map_err(|e| Error::io("list", &folder, e))?;
-            if kind.is_dir() {
-                open.push((format!("{name}/"), entry.path()));
-            } else if kind.is_file() {
-                found.push((name, entry.path()));
-            }
-        }
-    }
-    found.sort();
-    Ok(found)
+/// The files of a folder by name; links are not followed out of it.
+fn plain_files(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
+    let mut files = tree(folder)?;
+    files.retain(|(_, path)| !path.is_symlink());
+    Ok(files)
 }

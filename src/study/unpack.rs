@@ -6,6 +6,7 @@
 use super::crate_metadata;
 use super::pack::{INPUT, NODES, RESULTS};
 use crate::error::{Error, Result};
+use crate::store::leads_inside;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -65,11 +66,10 @@ pub fn unpack(path: &Path, folder: &Path) -> Result<()> {
 
 /// Whether a packed study may hold a file of that name.
 fn belongs(name: &str) -> bool {
-    let strange = |part: &str| part.is_empty() || part == "." || part == ".." || part.contains(['\\', ':', '\0']);
     let mut parts = name.split('/');
     let known = [INPUT, RESULTS, NODES, "study"];
     let (first, is_file) = (parts.next().unwrap_or_default(), name == crate_metadata::NAME);
-    !name.split('/').any(strange) && (is_file || (known.contains(&first) && parts.next().is_some()))
+    leads_inside(name) && (is_file || (known.contains(&first) && parts.next().is_some()))
 }
 
 #[cfg(test)]

@@ -92,9 +92,7 @@ fn a_worker_that_is_stopped_gives_back_what_it_holds_and_one_that_is_killed_is_i
             child.wait().expect("ends");
         }
     }
-    let begun = Instant::now();
     said(worker(&capture, &[]).spawn().expect("starts"));
-    assert!(begun.elapsed() < Duration::from_secs(80), "a dead process of this machine is not waited for");
     settle(&capture, &alone);
 }
 
