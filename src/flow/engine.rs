@@ -24,6 +24,9 @@ const TICK: Duration = Duration::from_millis(100);
 /// not keep a file server busy.
 const PATIENCE: (Duration, Duration) = (Duration::from_millis(20), Duration::from_secs(1));
 
+/// Nodes fetched at once beside the work: fetching waits for answers, hardly for the processor.
+const FETCHERS: usize = 8;
+
 /// Runs graphs over a store.
 pub struct Engine<'a> {
     store: &'a Store,
@@ -122,8 +125,10 @@ impl<'a> Engine<'a> {
             Shared { state: Mutex::new(State { schedule, running: BTreeMap::new(), bytes: 0 }), turn: Condvar::new() };
         if !shared.lock().schedule.ready.is_empty() {
             std::thread::scope(|scope| {
-                for _ in 0..self.threads {
-                    scope.spawn(|| self.work(graph, &shared));
+                let fetchers = if self.store.is_over_far() { FETCHERS } else { 0 };
+                for n in 0..self.threads + fetchers {
+                    let (shared, only_far) = (&shared, n >= self.threads);
+                    scope.spawn(move || self.work(graph, shared, only_far));
                 }
                 self.report_progress(&shared);
             });
@@ -163,8 +168,8 @@ impl<'a> Engine<'a> {
         plan::why(graph, self.store, node)
     }
 
-    /// One worker: takes ready nodes until none is left and none is running.
-    fn work(&self, graph: &Graph, shared: &Shared<'_>) {
+    /// One worker: takes ready nodes, or `only_far` ones, until none is left and none is running.
+    fn work(&self, graph: &Graph, shared: &Shared<'_>, only_far: bool) {
         let mut patience = PATIENCE.0;
         loop {
             let mut state = shared.lock();
@@ -174,7 +179,7 @@ impl<'a> Engine<'a> {
                 }
                 let idle = state.running.is_empty();
                 let free = self.memory_bytes.saturating_sub(state.bytes);
-                match state.schedule.take(free, idle) {
+                match state.schedule.take(free, idle, only_far) {
                     Taken::Node { n, bytes, held } => break (self.job(graph, &state, n), bytes, held),
                     Taken::AllBusy => {
                         state = shared.turn.wait_timeout(state, patience).unwrap_or_else(PoisonError::into_inner).0;

@@ -343,15 +343,19 @@ impl<'a> Schedule<'a> {
     }
 
     /// Takes the most urgent of the ready nodes that fit into `free` bytes, or any if nothing is running, and that no
-    /// other process is at.
-    pub(super) fn take(&mut self, free: u64, idle: bool) -> Taken {
+    /// other process is at; `only_far`: of those that are fetched.
+    pub(super) fn take(&mut self, free: u64, idle: bool, only_far: bool) -> Taken {
         let mut busy: Vec<usize> = Vec::new();
         let ready: Vec<(usize, usize)> = self.ready.iter().copied().collect();
         let (mut at, mut stride) = (0, 1);
         while let Some(&(place, n)) = ready.get(at) {
             at += 1;
             let Kind::Stage { work, .. } = &self.graph.nodes[n].kind else { continue };
-            let (name, bytes) = (self.work_name(n), work.peak_bytes());
+            let is_far = self.slots[n].is_far;
+            if only_far && !is_far {
+                continue;
+            }
+            let (name, bytes) = (self.work_name(n), if is_far { 0 } else { work.peak_bytes() });
             if !(idle || bytes <= free) || name.is_some_and(|name| self.in_work.contains_key(&name)) {
                 continue;
             }

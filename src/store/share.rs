@@ -49,10 +49,15 @@ impl Store {
         Some(manifest)
     }
 
+    /// Whether nodes may have to be fetched from a store far away.
+    pub fn is_over_far(&self) -> bool {
+        self.0.behind.is_some()
+    }
+
     /// Whether the values of a node found by [`Store::lookup`] have to be fetched before they can be read.
     pub fn is_far(&self, manifest: &Manifest) -> bool {
         let is_near = || self.own(&manifest.stage, manifest.key).is_ok_and(|own| own.is_some_and(|m| !m.is_virtual));
-        !manifest.is_virtual && self.0.behind.is_some() && !is_near()
+        !manifest.is_virtual && self.is_over_far() && !is_near()
     }
 
     /// As [`Store::lookup`], of nodes with values only, which are at hand then: fetched and verified if need be.
