@@ -1,5 +1,5 @@
 //! Merges the views of each voxel.  Paper 2.4.
-//! In: view volumes (z, y, x, rgb + mask u8). Out: merged (z, y, x, rgb f32, 0..1, NaN = unseen),
+//! In: view volumes (z, y, x, rgb + mask u8). Out: merged (z, y, x, rgb or one share of root f32, 0..1, NaN = unseen),
 //! coverage (z, y, x, u8, views used), residual (z, y, x, f32, mean distance of the views to the estimate).
 
 use super::{SLAB_BYTES, four, slabs};
@@ -21,7 +21,7 @@ pub struct Merge {
 
 impl Stage for Merge {
     const NAME: &'static str = "merge";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn peak_bytes(&self) -> u64 {
         // A slab of all views, and three shards being filled and written.
@@ -31,8 +31,8 @@ impl Stage for Merge {
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let views = inputs.many("views").iter().map(|v| v.array::<u8>("view")).collect::<Result<Vec<_>>>()?;
         let shape = views.first().ok_or_else(|| Error::failed("there is no view to merge"))?.shape()[..3].to_vec();
-        let rgb = [&shape[..], &[3]].concat();
-        let mut merged = output.slabs::<f32>("merged", &rgb, &["z", "y", "x", "c"])?;
+        let channels = [&shape[..], &[if self.evidence { 1 } else { 3 }]].concat();
+        let mut merged = output.slabs::<f32>("merged", &channels, &["z", "y", "x", "c"])?;
         let mut coverage = output.slabs::<u8>("coverage", &shape, &["z", "y", "x"])?;
         let mut residual = output.slabs::<f32>("residual", &shape, &["z", "y", "x"])?;
         progress.total(shape[0] as u64);

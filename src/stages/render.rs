@@ -26,7 +26,7 @@ pub struct Render {
 
 impl Stage for Render {
     const NAME: &'static str = "render";
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
 
     fn peak_bytes(&self) -> u64 {
         // A slab, and a shard being written.

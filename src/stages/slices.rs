@@ -43,7 +43,8 @@ impl Stage for Slices {
             }
             output.bytes(name, &picture::png(png.view())?)
         };
-        put("merged.png", &|j, i| [0, 1, 2].map(|c| colour[[j, i, c]]))?;
+        let last = colour.dim().2 - 1;
+        put("merged.png", &|j, i| [0, 1, 2].map(|c| colour[[j, i, last.min(c)]]))?;
         put("coverage.png", &|j, i| match coverage[[j, i]] {
             0 => [f32::NAN; 3],
             n => [f32::from(n) / f32::from(most_seen); 3],

@@ -1,4 +1,4 @@
-//! Writes the volumes as an OME-Zarr 0.5 with a pyramid: merged colours and rootness as channels.
+//! Writes the volumes as an OME-Zarr 0.5 with a pyramid: merged colours, or the share of root, and rootness as channels.
 //! In: merged, rootness. Out: volume.ome.zarr (folder, without its labels: `labels.rs`).
 //!
 //! Intensities are halved by their mean, rootness by its maximum. Grids finer than `MOST_VOXELS` begin
@@ -26,12 +26,13 @@ const MOST_VOXELS: usize = 1 << 26;
 /// Longest edge of the coarsest level.
 const COARSEST: usize = 64;
 
-const CHANNELS: [Channel; 4] = [
+const COLOURS: [Channel; 3] = [
     Channel { label: "red", colour: "FF0000", window: [0.0, 1.0] },
     Channel { label: "green", colour: "00FF00", window: [0.0, 1.0] },
     Channel { label: "blue", colour: "0000FF", window: [0.0, 1.0] },
-    Channel { label: "rootness", colour: "FFFFFF", window: [0.0, 0.1] },
 ];
+const SHARE: [Channel; 1] = [Channel { label: "share of root", colour: "00C0FF", window: [0.0, 1.0] }];
+const ROOTNESS: Channel = Channel { label: "rootness", colour: "FFFFFF", window: [0.0, 0.1] };
 
 impl Stage for Volume {
     const NAME: &'static str = "volume";
@@ -53,8 +54,10 @@ impl Stage for Volume {
             ));
         }
         let folder = output.folder("volume.ome.zarr")?;
-        store::write_group(&folder, &ome_zarr::image("volume", &finest, count, &CHANNELS))?;
-        progress.total(CHANNELS.len() as u64);
+        let values: &[Channel] = if merged.shape()[3] == 1 { &SHARE } else { &COLOURS };
+        let channels = [values, &[ROOTNESS]].concat();
+        store::write_group(&folder, &ome_zarr::image("volume", &finest, count, &channels))?;
+        progress.total(channels.len() as u64);
 
         let mut shapes = vec![finest];
         for l in 1..count {
@@ -64,13 +67,13 @@ impl Stage for Volume {
             .iter()
             .enumerate()
             .map(|(l, grid)| {
-                let shape = [&[CHANNELS.len()], &grid.shape[..]].concat();
+                let shape = [&[channels.len()], &grid.shape[..]].concat();
                 store::write_array::<f32>(&folder.join(l.to_string()), &shape, &["c", "z", "y", "x"])
             })
             .collect::<Result<Vec<_>>>()?;
-        for channel in 0..CHANNELS.len() {
+        for channel in 0..channels.len() {
             progress.check()?;
-            let is_rootness = channel == 3;
+            let is_rootness = channel == values.len();
             let halve = if is_rootness { halve_max } else { halve_mean };
             let read = |planes: std::ops::Range<usize>| -> Result<Array3<f32>> {
                 if is_rootness {

@@ -48,6 +48,16 @@ pub fn tree(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     Ok(found)
 }
 
+/// Makes temporary files that are readable and writable as the umask says, not to their maker alone: stores and packed
+/// studies are shared.
+pub fn shared_files<'a>() -> tempfile::Builder<'a, 'static> {
+    #[allow(unused_mut, reason = "only Unix has modes")]
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder
+}
+
 /// Whether a name from others leads to a file inside of the folder that it is laid under: plain parts with `/` between.
 pub fn leads_inside(name: &str) -> bool {
     let strange = |part: &str| part.is_empty() || part == "." || part == ".." || part.contains(['\\', ':', '\0']);
@@ -92,5 +102,21 @@ pub(super) fn sync_folder(path: &Path) {
     if let Ok(folder) = std::fs::File::open(path) {
         // Some file systems refuse to synchronise folders; the files themselves are synchronised.
         let _ = folder.sync_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn shared_files_have_the_mode_of_any_new_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let dir = tempfile::tempdir().unwrap();
+        let any = std::fs::File::create(dir.path().join("any")).unwrap();
+        let shared = shared_files().tempfile_in(dir.path()).unwrap();
+        let mode = |file: &std::fs::File| file.metadata().unwrap().permissions().mode();
+        assert_eq!(mode(shared.as_file()), mode(&any));
     }
 }

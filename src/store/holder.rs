@@ -11,6 +11,7 @@ use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
+use super::digest::Digest;
 use serde::{Deserialize, Serialize};
 use sysinfo::{Pid, ProcessRefreshKind, ProcessesToUpdate, System};
 
@@ -61,6 +62,29 @@ fn began(process: u32) -> Option<u64> {
     system.process(pid).map(|process| process.start_time())
 }
 
+/// Whether the process of this machine that began then has ended.
+fn is_over(process: u32, since: u64) -> bool {
+    began(process).is_none_or(|began| began.abs_diff(since) > SAME_START_S)
+}
+
+/// A machine and its space, in a word.
+fn machine(host: &str, space: &str) -> String {
+    Digest::of(format!("{host}\n{space}").as_bytes()).to_string()[..12].to_owned()
+}
+
+/// With what the names of this process's files begin: their maker is known before anything stands in them.
+pub(super) fn tag() -> String {
+    format!("{}-{}-{}-", machine(&THIS.host, &THIS.space), std::process::id(), THIS.began)
+}
+
+/// Whether this machine knows that the process is gone that a name begins with ([`tag`]).
+pub(super) fn is_left_over(name: &str) -> bool {
+    let mut parts = name.split('-');
+    let is_here = parts.next() == Some(&machine(&THIS.host, &THIS.space));
+    let (process, since) = (parts.next().and_then(|n| n.parse().ok()), parts.next().and_then(|n| n.parse().ok()));
+    is_here && process.zip(since).is_some_and(|(process, since)| is_over(process, since))
+}
+
 impl Holder {
     /// This process, holding `what`.
     pub(super) fn this(what: &str) -> Self {
@@ -77,8 +101,7 @@ impl Holder {
 
     /// Whether this machine knows that the process is gone.
     pub(super) fn is_gone(&self) -> bool {
-        let here = self.host == THIS.host && self.space == THIS.space;
-        here && began(self.process).is_none_or(|began| began.abs_diff(self.began) > SAME_START_S)
+        self.host == THIS.host && self.space == THIS.space && is_over(self.process, self.began)
     }
 
     /// Writes it to a new file.
@@ -125,8 +148,12 @@ mod tests {
         let mut child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
         let other = Holder { process: child.id(), began: began(child.id()).unwrap(), ..this };
         assert!(!other.is_gone());
+        let named = |began| format!("{}-{}-{began}-x.lock", machine(&THIS.host, &THIS.space), child.id());
+        let (now, before) = (named(other.began), named(other.began - 100));
+        assert!(!is_left_over(&now) && is_left_over(&before) && !is_left_over(&format!("{}x", tag())));
+        assert!(!is_left_over(&before[1..]) && !is_left_over("x.lock"), "nothing is known of others");
         child.kill().unwrap();
         child.wait().unwrap();
-        assert!(other.is_gone());
+        assert!(other.is_gone() && is_left_over(&now));
     }
 }

@@ -58,7 +58,7 @@ pub use claim::{Claim, Held};
 pub use digest::{ArrayHasher, Digest, Key};
 pub use element::{Dtype, Element};
 pub use failure::Failure;
-pub use files::{leads_inside, tree};
+pub use files::{leads_inside, shared_files, tree};
 pub use free::{write_array, write_group};
 pub use history::Past;
 pub use holder::Holder;

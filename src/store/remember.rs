@@ -57,7 +57,7 @@ impl FileMemory {
         self.known = all;
         let write = || -> std::io::Result<()> {
             let folder = path.parent().unwrap_or(Path::new("."));
-            let mut file = tempfile::NamedTempFile::new_in(folder.join("tmp"))?;
+            let mut file = files::shared_files().prefix(&super::holder::tag()).tempfile_in(folder.join("tmp"))?;
             std::io::Write::write_all(&mut file, &serde_json::to_vec(&self.known)?)?;
             file.persist(path)?;
             Ok(())

@@ -1,14 +1,16 @@
 //! The private folder of one process under `tmp/`, and the sweeping of those whose process is gone.
 //!
-//! `tmp/<name>.lock` names the process and is touched as long as it lives (`holder.rs`).
+//! The names of whatever lies in `tmp/` begin with the process that made it (`holder.rs`); `tmp/<name>.lock` is touched as long as
+//! it lives, for other machines.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use super::files::shared_files;
 use super::heart::Heart;
-use super::holder::{Holder, is_abandoned, is_silent};
+use super::holder::{is_left_over, is_silent, tag};
 use crate::error::{Error, Result};
 
 /// Leftovers of processes that another machine ran are swept when these were silent for so long.
@@ -30,14 +32,8 @@ impl Session {
                 .help("make it writable, or name another folder with `--cache FOLDER` or ROOTVOX_CACHE")
         };
         std::fs::create_dir_all(tmp).map_err(cannot)?;
-        let holder = Holder::this("drafts");
-        let lock = tempfile::Builder::new()
-            .prefix(&format!("{}-", std::process::id()))
-            .suffix(".lock")
-            .tempfile_in(tmp)
-            .map_err(cannot)?;
-        let (mut file, lock_path) = lock.keep().map_err(|e| cannot(e.error))?;
-        holder.write(&mut file).map_err(cannot)?;
+        let lock = shared_files().prefix(&tag()).suffix(".lock").tempfile_in(tmp).map_err(cannot)?;
+        let (_, lock_path) = lock.keep().map_err(|e| cannot(e.error))?;
         heart.add(&lock_path);
         let folder = lock_path.with_extension("");
         std::fs::create_dir(&folder).map_err(cannot)?;
@@ -66,13 +62,15 @@ pub(super) fn sweep(tmp: &Path) {
     let Ok(entries) = std::fs::read_dir(tmp) else { return };
     for path in entries.flatten().map(|entry| entry.path()) {
         let is_lock = path.extension().is_some_and(|extension| extension == "lock");
-        if is_lock && is_abandoned(&path, STALE) {
+        let is_gone = path.file_name().and_then(|name| name.to_str()).is_some_and(is_left_over);
+        // The lock is made before the folder and removed after it: a folder without one is nobody's.
+        let is_stray = path.is_dir() && !path.with_extension("lock").exists();
+        if is_lock && (is_gone || is_silent(&path, STALE)) {
             let _ = std::fs::remove_dir_all(path.with_extension(""));
             let _ = std::fs::remove_file(&path);
-        } else if !is_lock && path.is_dir() && !path.with_extension("lock").exists() {
-            // The lock is made before the folder and removed after it: nobody owns this one.
+        } else if is_stray {
             let _ = std::fs::remove_dir_all(&path);
-        } else if !is_lock && path.is_file() && is_silent(&path, STALE) {
+        } else if path.is_file() && (is_gone || is_silent(&path, STALE)) {
             let _ = std::fs::remove_file(&path);
         }
     }

@@ -15,7 +15,7 @@ use super::folder::LOCK;
 use super::lock::Lock;
 use super::settings::{Settings, Source};
 use crate::error::{Error, Result};
-use crate::store::tree;
+use crate::store::{shared_files, tree};
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -52,7 +52,7 @@ impl Parcel<'_> {
     pub fn write(&self, to: &Path) -> Result<(usize, u64)> {
         let cannot = |e: &dyn std::fmt::Display| Error::io("write", to, e);
         let beside = to.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let file = tempfile::NamedTempFile::new_in(beside).map_err(|e| cannot(&e))?;
+        let file = shared_files().tempfile_in(beside).map_err(|e| cannot(&e))?;
         let mut zip = Zip { to: ZipWriter::new(BufWriter::new(file)), files: 0, bytes: 0, inputs: BTreeSet::new() };
         let name = self.study.file_name().unwrap_or_default().to_string_lossy();
         zip.file(&format!("study/{name}"), self.study)?;

@@ -19,14 +19,17 @@
 
 use super::Grid;
 use crate::error::{Error, Result};
-use crate::optics::inverse::{LANES, March};
+use crate::optics::inverse::{LANES, Stack};
 use crate::optics::{Tank, View, ViewMap};
 use crate::photo::{Picture, Pyramid};
-use ndarray::{ArrayViewMut2, ArrayViewMut4, Axis};
+use ndarray::{ArrayViewMut4, Axis};
 use pulp::Arch;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
+
+/// Planes of a stack: the map is solved on few of them ([`Stack`]).
+const STACK: usize = 32;
 
 /// One view ready to be mapped onto voxels; slabs may be asked for in any order, increasing z being usual.
 #[derive(Debug, Clone)]
@@ -98,43 +101,52 @@ impl ViewRenderer {
     fn render_on(&self, arch: Arch, grid: &Grid, planes: Range<usize>, mut out: ArrayViewMut4<u8>) {
         let [depth, rows, columns] = grid.shape;
         assert!(planes.end <= depth && out.dim() == (planes.len(), rows, columns, 4), "slab and array must agree");
-        let mut blocks = Vec::with_capacity(planes.len() * rows.div_ceil(LANES));
-        for (k, plane) in planes.zip(out.axis_iter_mut(Axis(0))) {
-            let plane = plane.into_shape_with_order((rows, columns * 4)).expect("voxels of a row are contiguous");
-            let mut rest = plane;
-            let mut j = 0;
-            while j < rows {
-                let (block, below) = rest.split_at(Axis(0), LANES.min(rows - j));
-                blocks.push((k, j, block));
-                rest = below;
-                j += LANES;
+        let Some(wet) = self.wet_planes(grid) else { return };
+        let mut blocks = Vec::new();
+        for (n, mut rest) in out.axis_chunks_iter_mut(Axis(1), LANES).enumerate() {
+            let mut k = planes.start;
+            while k < planes.end {
+                // Stacks are cut the same way whatever slabs are asked for.
+                let stack = (k / STACK * STACK).max(wet.start)..((k / STACK + 1) * STACK).min(wet.end);
+                let end = ((k / STACK + 1) * STACK).min(planes.end);
+                let (block, below) = rest.split_at(Axis(0), end - k);
+                if !stack.is_empty() {
+                    blocks.push((stack, k, n * LANES, block));
+                }
+                (rest, k) = (below, end);
             }
         }
         blocks
             .into_par_iter()
-            .for_each(|(k, j, block)| arch.dispatch(Block { renderer: self, grid, k, j, out: block }));
+            .for_each(|(stack, k, j, out)| arch.dispatch(Block { renderer: self, grid, stack, k, j, out }));
     }
 
-    /// Renders up to [`LANES`] rows of plane k from row j on; the lanes run along y, the solutions are carried
-    /// along x.
-    #[inline(always)]
-    fn render_block(&self, grid: &Grid, k: usize, j: usize, mut out: ArrayViewMut2<u8>) {
+    /// The planes of the grid between water surface and floor.
+    fn wet_planes(&self, grid: &Grid) -> Option<Range<usize>> {
         let tank = self.map.tank();
-        let height = grid.point_mm(k as f64, 0.0, 0.0).z;
-        if height <= tank.water_level_mm || height >= tank.floor_mm() {
-            return;
-        }
-        let inner_squared = tank.inner_radius_mm().powi(2) * (1.0 + 1e-12);
-        let (rows, columns) = (out.nrows(), grid.shape[2]);
-        let voxels = out.as_slice_mut().expect("rows of a plane are contiguous").as_chunks_mut::<4>().0;
+        let is_wet = |&k: &usize| {
+            let z = grid.point_mm(k as f64, 0.0, 0.0).z;
+            z > tank.water_level_mm && z < tank.floor_mm()
+        };
+        let (first, last) = ((0..grid.shape[0]).find(is_wet)?, (0..grid.shape[0]).rfind(is_wet)?);
+        Some(first..last + 1)
+    }
+
+    /// Renders up to [`LANES`] rows from row j on of the planes from k on, that belong to `stack`; the lanes run along y, the
+    /// solutions are carried along x.
+    #[inline(always)]
+    fn render_block(&self, grid: &Grid, stack: &Range<usize>, k: usize, j: usize, out: ArrayViewMut4<u8>) {
+        let inner_squared = self.map.tank().inner_radius_mm().powi(2) * (1.0 + 1e-12);
+        let (planes, rows, columns, _) = out.dim();
         let y: [f64; LANES] = std::array::from_fn(|l| grid.point_mm(0.0, (j + l) as f64, 0.0).y);
-        // Folded rays may be close where every regular one is far.
-        let reach = if self.options.exclude_irregular { grid.spacing_mm } else { f64::INFINITY };
-        let mut march = March::new(&self.map, grid.origin_mm[0], &y, height, grid.spacing_mm, reach);
+        let heights = stack.clone().map(|k| grid.point_mm(k as f64, 0.0, 0.0).z).collect();
+        let folded = !self.options.exclude_irregular;
+        let mut pixels = Stack::new(&self.map, grid.origin_mm[0], &y, heights, grid.spacing_mm, folded);
         let texel_mm = match self.options.sampling {
             Sampling::Point => 0.0,
             Sampling::Footprint => Pyramid::texel_of_box(grid.spacing_mm),
         };
+        let mut voxels = rows_of(out);
         for i in 0..columns {
             let x = grid.point_mm(0.0, 0.0, i as f64).x;
             let mut wanted = [false; LANES];
@@ -144,37 +156,49 @@ impl ViewRenderer {
             if !wanted.contains(&true) {
                 continue;
             }
-            let mut lanes = march.column(i, &wanted);
-            if !self.options.exclude_irregular {
-                self.map.admit_irregular(x, &y, height, &wanted, &mut lanes);
-            }
-            let mut near = [false; LANES];
-            for l in 0..rows {
-                near[l] = wanted[l] & (lanes.distance[l] <= grid.spacing_mm);
-            }
-            if near == [false; LANES] {
-                continue;
-            }
-            let pixels = self.map.clear_pixels(&lanes);
-            let mut texel = pixels.px_per_mm;
-            for scale in &mut texel {
-                *scale *= texel_mm;
-            }
-            let values = self.pyramid.samples(&pixels.u, &pixels.v, &texel, &near);
-            for l in 0..rows {
-                voxels[l * columns + i] = values[l];
+            pixels.go_to(i, &wanted);
+            for plane in (k..k + planes).filter(|plane| stack.contains(plane)) {
+                let pixels = pixels.pixels(plane - stack.start);
+                if pixels.u.iter().all(|u| u.is_nan()) {
+                    continue;
+                }
+                let mut texel = pixels.px_per_mm;
+                for scale in &mut texel {
+                    *scale *= texel_mm;
+                }
+                let values = self.pyramid.samples(&pixels.u, &pixels.v, &texel, &wanted);
+                for (row, value) in voxels[(plane - k) * rows..][..rows].iter_mut().zip(values) {
+                    row[i] = value;
+                }
             }
         }
     }
+}
+
+/// The voxels of all rows of a slab, plane by plane.
+fn rows_of(mut slab: ArrayViewMut4<'_, u8>) -> Vec<&mut [[u8; 4]]> {
+    let (planes, rows, _, _) = slab.dim();
+    let mut all = Vec::with_capacity(planes * rows);
+    for _ in 0..planes {
+        let (mut plane, below) = slab.split_at(Axis(0), 1);
+        for _ in 0..rows {
+            let (row, rest) = plane.split_at(Axis(1), 1);
+            all.push(row.into_slice().expect("voxels of a row are contiguous").as_chunks_mut().0);
+            plane = rest;
+        }
+        slab = below;
+    }
+    all
 }
 
 /// [`ViewRenderer::render_block`] as a task for [`Arch::dispatch`]; a closure would not be inlined into it.
 struct Block<'a> {
     renderer: &'a ViewRenderer,
     grid: &'a Grid,
+    stack: Range<usize>,
     k: usize,
     j: usize,
-    out: ArrayViewMut2<'a, u8>,
+    out: ArrayViewMut4<'a, u8>,
 }
 
 impl pulp::WithSimd for Block<'_> {
@@ -182,7 +206,7 @@ impl pulp::WithSimd for Block<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        self.renderer.render_block(self.grid, self.k, self.j, self.out);
+        self.renderer.render_block(self.grid, &self.stack, self.k, self.j, self.out);
     }
 }
 

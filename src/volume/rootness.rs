@@ -95,8 +95,11 @@ pub struct RootVolume {
     pub scale: Array3<u8>,
 }
 
-/// Gray of a merged colour volume (z, y, x, 3); NaN stays NaN.
+/// Gray of a merged volume (z, y, x, 3) of colours or (z, y, x, 1); NaN stays NaN.
 pub fn gray(colour: ArrayView4<f32>) -> Array3<f32> {
+    if colour.dim().3 == 1 {
+        return colour.index_axis(Axis(3), 0).to_owned();
+    }
     colour.map_axis(Axis(3), |rgb| colour::gray([rgb[0], rgb[1], rgb[2]]))
 }
 

@@ -17,7 +17,7 @@ use super::{Rays, ViewMap};
 pub const LANES: usize = 8;
 
 /// Largest change of the distance from the fold's ray per distance gone.
-const MOST_APPROACH: f64 = 2.5;
+pub(super) const MOST_APPROACH: f64 = 2.5;
 
 /// A row rests only where it may do so for this many columns: it starts again slowly.
 const SHORTEST_REST: f64 = 8.0;
@@ -94,13 +94,19 @@ impl<'a> March<'a> {
         }
     }
 
+    /// Passes over a column: the next one starts from the last ray known.
+    #[inline(always)]
+    pub fn rest(&mut self) {
+        self.known = 0;
+    }
+
     /// Rays of the points of column `i`, for the lanes that are `wanted`; the distance is infinite for the others
     /// and those known to lie beyond the reach. Columns follow each other.
     #[inline(always)]
     pub fn column(&mut self, i: usize, wanted: &[bool; LANES]) -> Lanes {
         if !(0..LANES).any(|l| wanted[l] & (i >= self.rests_until[l])) {
             // The columns' even steps end here.
-            self.known = 0;
+            self.rest();
             return Lanes { b: self.b[0], s: self.s[0], distance: [f64::INFINITY; LANES], ..Lanes::ZERO };
         }
         let (dx, dy) = (self.step.0 * i as f64, self.step.1 * i as f64);

@@ -20,12 +20,14 @@ mod irregular;
 mod march;
 mod path;
 mod solve;
+mod stack;
 
 use super::{Mat3, Tank, Vec3, View};
 use crate::error::{Error, Result};
 use fold::{Fold, LowerBound};
 pub use march::{LANES, Lanes, March};
 use path::Path;
+pub use stack::Stack;
 
 /// Rays steeper than this (sine against the horizontal, in air; 48 degrees) are not followed.
 const STEEPEST_SINE: f64 = 0.75;
@@ -210,13 +212,23 @@ impl ViewMap {
     /// Ideal-lens pixels of the rays of `lanes`; NaN where the ray carries no evidence or lies behind the camera.
     #[inline(always)]
     pub fn clear_pixels(&self, lanes: &Lanes) -> Pixels {
+        let mut out = self.pixels(lanes);
+        for (u, is_clear) in out.u.iter_mut().zip(self.are_clear(&lanes.wall_z, &lanes.water_z)) {
+            *u = if is_clear { *u } else { f64::NAN };
+        }
+        out
+    }
+
+    /// Ideal-lens pixels of the rays of `lanes`; NaN where the ray lies behind the camera.
+    #[inline(always)]
+    fn pixels(&self, lanes: &Lanes) -> Pixels {
         let mut out = Pixels { u: [0.0; LANES], v: [0.0; LANES], px_per_mm: [0.0; LANES] };
         let lens = &self.view.lens;
         let inverse_n = 1.0 / self.path.n_squared[0].sqrt();
         let inverse_moment = inverse_n / self.path.r0;
         let inverse_water = 1.0 / self.path.n_squared[2];
         let m = &self.cam_from_turned;
-        for (l, is_clear) in self.are_clear(&lanes.wall_z, &lanes.water_z).into_iter().enumerate() {
+        for l in 0..LANES {
             let (along, down) = (lanes.b[l] * inverse_moment, lanes.s[l] * inverse_n);
             let inward = (1.0 - along * along - down * down).sqrt();
             let x = m.m12 * along + m.m13 * down - m.m11 * inward;
@@ -228,7 +240,7 @@ impl ViewMap {
             let of_both = 1.0 / (z * slant);
             let per_z = of_both * slant;
             let scale = lens.focal_px * per_z;
-            let seen = if (z > 1e-12) & is_clear { 0.0 } else { f64::NAN };
+            let seen = if z > 1e-12 { 0.0 } else { f64::NAN };
             out.u[l] = x * scale + lens.cx + seen;
             out.v[l] = y * scale + lens.cy;
             // Solid angle in air of a patch of water across the ray, and its area on the picture.

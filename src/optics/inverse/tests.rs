@@ -143,9 +143,61 @@ proptest! {
                     prop_assert!((one.u - u[l]).hypot(one.v - v[l]) < 1e-3, "{one:?} {lanes:?} {l} {} {}", u[l], v[l]);
                 }
                 // Both know whether the ray is clear, but for a thousandth of a mm.
-                let edge = [0.0, 28.0, tank.height_mm].iter().any(|e| (one.wall_z_mm - e).abs() < 1e-3)
-                    || [tank.water_level_mm, tank.floor_mm()].iter().any(|e| (one.water_z_mm - e).abs() < 1e-3);
-                prop_assert!(edge || one.clear != u[l].is_nan(), "{one:?} {lanes:?} {l} {}", u[l]);
+                prop_assert!(is_at_an_edge(&tank, &one) || one.clear != u[l].is_nan(), "{one:?} {lanes:?} {l} {}", u[l]);
+            }
+        }
+    }
+}
+
+/// Whether the ray of a point meets an edge of what is clear to a thousandth of a mm.
+fn is_at_an_edge(tank: &Tank, seen: &Projection) -> bool {
+    [0.0, 28.0, tank.height_mm].iter().any(|e| (seen.wall_z_mm - e).abs() < 1e-3)
+        || [tank.water_level_mm, tank.floor_mm()].iter().any(|e| (seen.water_z_mm - e).abs() < 1e-3)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, max_global_rejects: 100_000, ..ProptestConfig::default() })]
+
+    /// Stacks give what single points give, whichever planes are asked for.
+    #[test]
+    fn stacks_equal_single_points(
+        (view, tank) in scene(), height in 0.05..0.8f64, first in -1.0..1.0f64, spacing in 0.005..0.03f64, planes in 1usize..33,
+    ) {
+        let map = ViewMap::new(&view.ideal(), &tank).unwrap();
+        let inner = tank.inner_radius_mm();
+        let step = spacing * inner;
+        let y: [f64; LANES] = std::array::from_fn(|l| first * inner + step * l as f64);
+        let heights: Vec<f64> = (0..planes).map(|k| height * tank.height_mm + step * k as f64).collect();
+        let mut stack = Stack::new(&map, -inner, &y, heights.clone(), step, false);
+        let mut alone = Stack::new(&map, -inner, &y, heights.clone(), step, false);
+        for i in 0..(2.0 * inner / step) as usize {
+            let x = step * i as f64 - inner;
+            let wanted: [bool; LANES] = std::array::from_fn(|l| x.hypot(y[l]) <= inner);
+            stack.go_to(i, &wanted);
+            alone.go_to(i, &wanted);
+            for (k, &z) in heights.iter().enumerate() {
+                let found = stack.pixels(k);
+                if k == planes / 2 {
+                    let same = alone.pixels(k);
+                    let bits = |p: &Pixels| [p.u, p.v, p.px_per_mm].map(|v| v.map(f64::to_bits));
+                    prop_assert_eq!(bits(&found), bits(&same));
+                }
+                for l in (0..LANES).filter(|&l| wanted[l]) {
+                    let is_seen = !found.u[l].is_nan();
+                    let Some(one) = map.project(&Vec3::new(x, y[l], z)) else {
+                        prop_assert!(!is_seen);
+                        continue;
+                    };
+                    let pictured = (-968.0..1936.0).contains(&one.u) && (-648.0..1296.0).contains(&one.v);
+                    if !pictured || is_at_an_edge(&tank, &one) || (one.distance_mm - step).abs() < 1e-6 {
+                        continue;
+                    }
+                    prop_assert_eq!(is_seen, one.clear && one.distance_mm <= step, "{:?} {} {} {}", one, k, i, l);
+                    prop_assert!(
+                        !is_seen || (one.u - found.u[l]).hypot(one.v - found.v[l]) < 2e-3,
+                        "{:?} {} {} {}: {} {}", one, k, i, l, found.u[l], found.v[l]
+                    );
+                }
             }
         }
     }

@@ -1,21 +1,21 @@
-//! Gray levels, sampled many positions abreast.
+//! Levels of one channel or two, sampled many positions abreast.
 //!
 //! A bilinear tap looks at 2 x 2 pixels. They are kept together, once for every pixel as their upper left one (edges
 //! repeated), so that a tap is one load; positions, weights and blends then run in lanes.
 
 use super::{Level, split};
 
-/// A level whose pixels stand with their neighbours to the right, below, and both.
+/// A level of C channels whose pixels stand with their neighbours to the right, below, and both.
 #[derive(Debug, Clone)]
-pub(super) struct Quads {
+pub(super) struct Quads<const C: usize> {
     scale: f64,
     width: usize,
     height: usize,
-    quads: Vec<[u8; 4]>,
+    quads: Vec<[[u8; 4]; C]>,
 }
 
-impl Quads {
-    pub(super) fn new(level: &Level<1>) -> Self {
+impl<const C: usize> Quads<C> {
+    pub(super) fn new(level: &Level<C>) -> Self {
         let &Level { scale, width, height, ref pixels } = level;
         let mut quads = Vec::with_capacity(pixels.len());
         for y in 0..height {
@@ -23,7 +23,7 @@ impl Quads {
             let below = &pixels[(y + 1).min(height - 1) * width..][..width];
             for x in 0..width {
                 let right = (x + 1).min(width - 1);
-                quads.push([above[x][0], above[right][0], below[x][0], below[right][0]]);
+                quads.push(std::array::from_fn(|c| [above[x][c], above[right][c], below[x][c], below[right][c]]));
             }
         }
         Self { scale, width, height, quads }
@@ -36,7 +36,7 @@ impl Quads {
 
     /// Bilinear values at positions given in pixels of level 0; anything beyond the edges or where they are NaN.
     #[inline(always)]
-    fn at<const N: usize>(&self, u: &[f64; N], v: &[f64; N]) -> [f32; N] {
+    fn at<const N: usize>(&self, u: &[f64; N], v: &[f64; N]) -> [[f32; N]; C] {
         let (right, bottom) = ((self.width - 1) as f64, (self.height - 1) as f64);
         let (mut fu, mut fv, mut index) = ([0.0f32; N], [0.0f32; N], [0i32; N]);
         for l in 0..N {
@@ -46,17 +46,21 @@ impl Quads {
             (fu[l], fv[l]) = ((u - f64::from(u0)) as f32, (v - f64::from(v0)) as f32);
             index[l] = v0 * self.width as i32 + u0;
         }
-        let mut quads = [0u32; N];
+        let mut quads = [[0u32; N]; C];
         for l in 0..N {
-            quads[l] = self.quads.get(index[l] as usize).map_or(0, |&quad| u32::from_le_bytes(quad));
+            let all = self.quads.get(index[l] as usize).copied().unwrap_or([[0; 4]; C]);
+            for c in 0..C {
+                quads[c][l] = u32::from_le_bytes(all[c]);
+            }
         }
-        let mut out = [0.0; N];
-        for l in 0..N {
-            let (a, b) = (byte(quads[l]), byte(quads[l] >> 8));
-            let (c, d) = (byte(quads[l] >> 16), byte(quads[l] >> 24));
-            let above = a + fu[l] * (b - a);
-            let below = c + fu[l] * (d - c);
-            out[l] = above + fv[l] * (below - above);
+        let mut out = [[0.0; N]; C];
+        for c in 0..C {
+            for l in 0..N {
+                let quad = quads[c][l];
+                let above = byte(quad) + fu[l] * (byte(quad >> 8) - byte(quad));
+                let below = byte(quad >> 16) + fu[l] * (byte(quad >> 24) - byte(quad >> 16));
+                out[c][l] = above + fv[l] * (below - above);
+            }
         }
         out
     }
@@ -76,13 +80,13 @@ fn byte(quad: u32) -> f32 {
 
 /// Values at positions where they are wanted; see [`super::Pyramid::samples`]. Anything outside.
 #[inline(always)]
-pub(super) fn samples<const N: usize>(
-    levels: &[Quads],
+pub(super) fn samples<const C: usize, const N: usize>(
+    levels: &[Quads<C>],
     u: &[f64; N],
     v: &[f64; N],
     texel: &[f64; N],
     wanted: &[bool; N],
-) -> [u8; N] {
+) -> [[u8; N]; C] {
     let top = levels.len() as i32 - 1;
     let (mut level, mut fraction) = ([0; N], [0.0; N]);
     for l in 0..N {
@@ -99,7 +103,7 @@ pub(super) fn samples<const N: usize>(
         alike &= !wanted[l] | (level[l] == any);
         blended |= fraction[l] != 0.0;
     }
-    let mut value = [0.0; N];
+    let mut value = [[0.0; N]; C];
     if alike {
         value = levels[any as usize].at(u, v);
         if blended {
@@ -111,19 +115,25 @@ pub(super) fn samples<const N: usize>(
             if fraction[l] != 0.0 {
                 blend(&mut one, &levels[level[l] as usize + 1].at(&[u[l]], &[v[l]]), &[fraction[l]]);
             }
-            [value[l]] = one;
+            for c in 0..C {
+                [value[c][l]] = one[c];
+            }
         }
     }
-    let mut out = [0; N];
-    for l in 0..N {
-        out[l] = (value[l] + 0.5) as u8;
+    let mut out = [[0; N]; C];
+    for c in 0..C {
+        for l in 0..N {
+            out[c][l] = (value[c][l] + 0.5) as u8;
+        }
     }
     out
 }
 
 #[inline(always)]
-fn blend<const N: usize>(value: &mut [f32; N], coarse: &[f32; N], fraction: &[f32; N]) {
-    for l in 0..N {
-        value[l] += fraction[l] * (coarse[l] - value[l]);
+fn blend<const C: usize, const N: usize>(value: &mut [[f32; N]; C], coarse: &[[f32; N]; C], fraction: &[f32; N]) {
+    for c in 0..C {
+        for l in 0..N {
+            value[c][l] += fraction[l] * (coarse[c][l] - value[c][l]);
+        }
     }
 }

@@ -26,9 +26,9 @@ enum Levels {
     /// R, G, B and a pad.
     Colour(Vec<Level<4>>),
     /// Three channels alike.
-    Gray(Vec<Quads>),
+    Gray(Vec<Quads<1>>),
     /// Red and green; blue is 0.
-    Pair([Vec<Quads>; 2]),
+    Pair(Vec<Quads<2>>),
 }
 
 #[derive(Debug, Clone)]
@@ -52,15 +52,10 @@ impl Pyramid {
         let values = picture.as_slice().expect("standard layout");
         let is_gray = values.chunks_exact(3).all(|rgb| rgb[0] == rgb[1] && rgb[0] == rgb[2]);
         let (height, width, _) = picture.dim();
-        let channel = |c: usize| {
-            let pixels = values.chunks_exact(3).map(|rgb| [rgb[c]]).collect();
-            let levels = halvings(Level { scale: 1.0, width, height, pixels }, largest_texel);
-            levels.iter().map(Quads::new).collect()
-        };
         let levels = if is_gray {
-            Levels::Gray(channel(0))
+            Levels::Gray(quads(picture.dim(), values.chunks_exact(3).map(|rgb| [rgb[0]]), largest_texel))
         } else if values.chunks_exact(3).all(|rgb| rgb[2] == 0) {
-            Levels::Pair([channel(0), channel(1)])
+            Levels::Pair(quads(picture.dim(), values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1]]), largest_texel))
         } else {
             let pixels = values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2], 0]).collect();
             Levels::Colour(halvings(Level { scale: 1.0, width, height, pixels }, largest_texel))
@@ -101,16 +96,16 @@ impl Pyramid {
             Levels::Gray(levels) => {
                 let [width, height] = levels[0].size();
                 let inside = inside(width, height, u, v);
-                let values = gray::samples(levels, u, v, texel, wanted);
+                let [values] = gray::samples(levels, u, v, texel, wanted);
                 for l in 0..N {
                     let seen = u32::from(wanted[l] & inside[l]);
                     out[l] = (seen * (u32::from(values[l]) * 0x0001_0101 + 0xFF00_0000)).to_le_bytes();
                 }
             }
-            Levels::Pair([red, green]) => {
-                let [width, height] = red[0].size();
+            Levels::Pair(levels) => {
+                let [width, height] = levels[0].size();
                 let inside = inside(width, height, u, v);
-                let (red, green) = (gray::samples(red, u, v, texel, wanted), gray::samples(green, u, v, texel, wanted));
+                let [red, green] = gray::samples(levels, u, v, texel, wanted);
                 for l in 0..N {
                     let seen = u32::from(wanted[l] & inside[l]);
                     let value = u32::from(red[l]) + u32::from(green[l]) * 0x100 + 0xFF00_0000;
@@ -139,6 +134,16 @@ fn split(texel: f64) -> (i32, f32) {
     let texel = texel as f32;
     let bits = if texel > 1.0 { texel } else { 1.0 }.to_bits();
     ((bits >> 23) as i32 - 127, f32::from_bits((bits & 0x007F_FFFF) | 0x3F80_0000) - 1.0)
+}
+
+/// The levels of a picture of so many pixels, as quads.
+fn quads<const C: usize>(
+    (height, width, _): (usize, usize, usize),
+    pixels: impl Iterator<Item = [u8; C]>,
+    largest_texel: f64,
+) -> Vec<Quads<C>> {
+    let finest = Level { scale: 1.0, width, height, pixels: pixels.collect() };
+    halvings(finest, largest_texel).iter().map(Quads::new).collect()
 }
 
 /// A level and its halvings.

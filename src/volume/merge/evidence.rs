@@ -25,13 +25,13 @@ const LANES: usize = 32;
 /// Weight of a view that is sure.
 const SURE: f32 = 255.0;
 
-/// Merges the same slab of every view's share of root; the colour of the result is gray.
+/// Merges the same slab of every view's share of root; the result has one channel.
 ///
 /// # Errors
 /// As [`super::merge`].
 pub fn merge_evidence(views: &[ArrayView4<u8>], params: &Merge) -> Result<Merged> {
     let [nz, ny, nx] = super::checked_shape(views, params)?;
-    let mut colour = Array4::from_elem((nz, ny, nx, 3), f32::NAN);
+    let mut colour = Array4::from_elem((nz, ny, nx, 1), f32::NAN);
     let mut coverage = Array3::zeros((nz, ny, nx));
     let mut residual = Array3::from_elem((nz, ny, nx), f32::NAN);
     colour
@@ -140,7 +140,7 @@ impl pulp::WithSimd for Task<'_> {
                 }
             }
             for i in (0..lanes).filter(|&i| known(i)) {
-                (0..3).for_each(|c| self.colour[[from + i, c]] = estimate[i] / 255.0);
+                self.colour[[from + i, 0]] = estimate[i] / 255.0;
                 self.residual[from + i] = spread[i] / total[i] as f32 / 255.0;
             }
         }
@@ -302,7 +302,7 @@ mod tests {
             let plain = merge(&gray, &Merge { estimator: plain, ..params.clone() }).unwrap();
             let weighted = merged(&volumes(&sure, 255), &params);
             for i in 0..33 {
-                let (a, b) = (plain.colour[[0, 0, i, 1]], weighted.colour[[0, 0, i, 1]]);
+                let (a, b) = (plain.colour[[0, 0, i, 1]], weighted.colour[[0, 0, i, 0]]);
                 prop_assert!((a - b).abs() < 1e-5, "{estimator:?} {i}: {a} {b}");
             }
             prop_assert_eq!(plain.coverage, weighted.coverage);

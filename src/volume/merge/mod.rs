@@ -134,7 +134,7 @@ impl Merge {
 /// The merged slab.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Merged {
-    /// (z, y, x, rgb), 0..1, NaN = unknown.
+    /// (z, y, x, rgb), or (z, y, x, 1) of shares of root; 0..1, NaN = unknown.
     pub colour: Array4<f32>,
     /// (z, y, x): views that see the voxel.
     pub coverage: Array3<u8>,
