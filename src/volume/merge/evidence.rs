@@ -22,6 +22,8 @@ use rayon::prelude::*;
 
 /// Voxels worked on abreast.
 const LANES: usize = 32;
+/// Views whose weights add up to less than 2^16: narrow sums take half the time.
+const SHORT: usize = 256;
 /// Weight of a view that is sure.
 const SURE: f32 = 255.0;
 
@@ -43,10 +45,9 @@ pub fn merge_evidence(views: &[ArrayView4<u8>], params: &Merge) -> Result<Merged
         .for_each(|(k, ((mut colour, mut coverage), mut residual))| {
             let mut row = Row::default();
             for j in 0..ny {
-                row.load(views, k, j);
                 let (colour, coverage) = (colour.index_axis_mut(Axis(0), j), coverage.index_axis_mut(Axis(0), j));
                 let residual = residual.index_axis_mut(Axis(0), j);
-                Arch::new().dispatch(Task { row: &row, params, colour, coverage, residual });
+                Arch::new().dispatch(Task { views, k, j, row: &mut row, params, colour, coverage, residual });
             }
         });
     Ok(Merged { colour, coverage, residual })
@@ -63,6 +64,7 @@ struct Row {
 }
 
 impl Row {
+    #[inline(always)]
     fn load(&mut self, views: &[ArrayView4<u8>], k: usize, j: usize) {
         self.width = views[0].shape()[2];
         self.views = views.len();
@@ -73,10 +75,15 @@ impl Row {
         self.weights.resize(blocks * views.len(), [0; LANES]);
         for (l, view) in views.iter().enumerate() {
             let row = view.index_axis(Axis(0), k).index_axis_move(Axis(0), j);
-            for i in 0..self.width {
-                let at = i / LANES * self.views + l;
-                self.shares[at][i % LANES] = row[[i, 0]];
-                self.weights[at][i % LANES] = if row[[i, 3]] != 0 { row[[i, 1]] } else { 0 };
+            let row = row.as_standard_layout();
+            let voxels = row.as_slice().expect("standard layout").as_chunks::<4>().0;
+            for (block, voxels) in voxels.chunks(LANES).enumerate() {
+                let at = block * self.views + l;
+                let lanes = self.shares[at].iter_mut().zip(&mut self.weights[at]);
+                for ((share, weight), &[value, confidence, _, mask]) in lanes.zip(voxels) {
+                    *share = value;
+                    *weight = if mask != 0 { confidence } else { 0 };
+                }
             }
         }
     }
@@ -84,7 +91,10 @@ impl Row {
 
 /// A row's estimation.
 struct Task<'a> {
-    row: &'a Row,
+    views: &'a [ArrayView4<'a, u8>],
+    k: usize,
+    j: usize,
+    row: &'a mut Row,
     params: &'a Merge,
     colour: ArrayViewMut2<'a, f32>,
     coverage: ArrayViewMut1<'a, u8>,
@@ -96,7 +106,8 @@ impl pulp::WithSimd for Task<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(mut self, _: S) {
-        let Row { width, views, shares, weights } = self.row;
+        self.row.load(self.views, self.k, self.j);
+        let Row { width, views, shares, weights } = &*self.row;
         let least = SURE * self.params.min_views as f32;
         let mut sorted = Vec::with_capacity(*views);
         for from in (0..*width).step_by(LANES) {
@@ -161,9 +172,15 @@ fn low_means(shares: &[[u8; LANES]], weights: &[[u8; LANES]], total: &[u32; LANE
         for i in 0..LANES {
             candidate[i] = value[i] | 1 << bit;
         }
-        for (share, weight) in shares.iter().zip(weights) {
+        for (shares, weights) in shares.chunks(SHORT).zip(weights.chunks(SHORT)) {
+            let mut part = [0u16; LANES];
+            for (share, weight) in shares.iter().zip(weights) {
+                for i in 0..LANES {
+                    part[i] += u16::from(weight[i] & all_if(share[i] < candidate[i]));
+                }
+            }
             for i in 0..LANES {
-                under[i] += if share[i] < candidate[i] { u32::from(weight[i]) } else { 0 };
+                under[i] += u32::from(part[i]);
             }
         }
         for i in 0..LANES {
@@ -173,7 +190,7 @@ fn low_means(shares: &[[u8; LANES]], weights: &[[u8; LANES]], total: &[u32; LANE
     let (mut under, mut sum) = ([0u32; LANES], [0u32; LANES]);
     for (share, weight) in shares.iter().zip(weights) {
         for i in 0..LANES {
-            let w = if share[i] < value[i] { u32::from(weight[i]) } else { 0 };
+            let w = u32::from(weight[i] & all_if(share[i] < value[i]));
             under[i] += w;
             sum[i] += w * u32::from(share[i]);
         }
@@ -183,6 +200,12 @@ fn low_means(shares: &[[u8; LANES]], weights: &[[u8; LANES]], total: &[u32; LANE
         out[i] = (sum[i] as f32 + (wanted[i] - under[i] as f32) * f32::from(value[i])) / wanted[i];
     }
     out
+}
+
+/// All bits or none: a choice between values is compiled into branches, which do not vectorise.
+#[inline(always)]
+fn all_if(is: bool) -> u8 {
+    u8::from(is).wrapping_neg()
 }
 
 /// Weight, in units of 1/255, that the low mean takes.
