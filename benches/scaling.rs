@@ -3,7 +3,7 @@
 //! grids too (about an hour on two cores).
 //!
 //! The scene is the paper's tank, N cameras around it, 968 x 648 px of noise each; views are rendered slab by slab
-//! into the merge (gray pictures, the default estimator),
+//! into the merge (shares of root with their confidences, the default estimator), in slabs as the stages take them,
 //! nothing is stored. Without `--whole` each cell works through evenly spaced slabs, some [`ENOUGH`] voxels times views, and is
 //! scaled up to the grid. Seconds are processor time (user and system, from
 //! /proc/self/stat), which other work on the machine does not change much.
@@ -14,11 +14,12 @@ use ndarray::Array4;
 use rayon::prelude::*;
 use rootvox::optics::{Distortion, Index, Lens, Mat3, Tank, Vec3, View};
 use rootvox::photo::Picture;
-use rootvox::volume::merge::{Merge, merge};
+use rootvox::volume::merge::{Merge, merge_evidence};
 use rootvox::volume::{Grid, RenderOptions, ViewRenderer};
 
-/// Planes worked on at once.
-const SLAB: usize = 2;
+/// Planes worked on at once at most, and the bytes that they may take, as in the stages.
+const SLAB: usize = 16;
+const SLAB_BYTES: usize = 512 << 20;
 /// Voxels times views after which a cell is known well enough.
 const ENOUGH: usize = 60_000_000;
 /// Slabs worked through at least.
@@ -38,7 +39,7 @@ fn main() {
     let mut noise = Picture::from_elem((648, 968, 3), 0);
     for mut pixel in noise.rows_mut() {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        pixel.fill((state >> 24) as u8);
+        (pixel[0], pixel[1]) = ((state >> 24) as u8, (state >> 16) as u8);
     }
     println!("spacing mm | voxels | views | render s | merge s | ns per voxel and view | share of the planes");
     for spacing in [2.0, 1.0, 0.5, 0.25] {
@@ -50,13 +51,17 @@ fn main() {
                     ViewRenderer::new(&view, &tank, &noise, RenderOptions::default()).expect("sizes agree")
                 })
                 .collect();
-            let slabs: Vec<usize> = (0..grid.shape[0]).step_by(SLAB).collect();
+            let mut depth = SLAB;
+            while depth > 1 && depth * grid.shape[1] * grid.shape[2] * (4 * renderers.len() + 17) > SLAB_BYTES {
+                depth /= 2;
+            }
+            let slabs: Vec<usize> = (0..grid.shape[0]).step_by(depth).collect();
             let cost = grid.len() * renderers.len();
-            let every = if whole { 1 } else { cost.div_ceil(ENOUGH).min(slabs.len() / FEWEST) };
+            let every = if whole { 1 } else { cost.div_ceil(ENOUGH).min(slabs.len() / FEWEST).max(1) };
             let chosen: Vec<usize> = slabs.iter().copied().skip(every / 2).step_by(every).collect();
             let (mut render_s, mut merge_s) = (0.0, 0.0);
             for &from in &chosen {
-                let planes = from..(from + SLAB).min(grid.shape[0]);
+                let planes = from..(from + depth).min(grid.shape[0]);
                 let begun = processor_seconds();
                 let slabs: Vec<Array4<u8>> = renderers
                     .par_iter()
@@ -68,7 +73,7 @@ fn main() {
                     .collect();
                 let rendered = processor_seconds();
                 let of_views: Vec<_> = slabs.iter().map(|slab| slab.view()).collect();
-                std::hint::black_box(merge(&of_views, &Merge::default()).expect("equal shapes"));
+                std::hint::black_box(merge_evidence(&of_views, &Merge::default()).expect("equal shapes"));
                 render_s += rendered - begun;
                 merge_s += processor_seconds() - rendered;
             }

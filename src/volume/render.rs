@@ -28,8 +28,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Planes of a stack: the map is solved on few of them ([`Stack`]).
-const STACK: usize = 32;
+/// Planes of a stack: the map is solved on few of them ([`Stack`]). As many as stages hold at once, for a stack that is asked
+/// for in parts is solved for each part.
+const STACK: usize = 16;
+
+/// Planes of more voxels than this are held in such small numbers that each is solved itself.
+const LARGE_PLANE: usize = 1 << 18;
 
 /// One view ready to be mapped onto voxels; slabs may be asked for in any order, increasing z being usual.
 #[derive(Debug, Clone)]
@@ -102,13 +106,14 @@ impl ViewRenderer {
         let [depth, rows, columns] = grid.shape;
         assert!(planes.end <= depth && out.dim() == (planes.len(), rows, columns, 4), "slab and array must agree");
         let Some(wet) = self.wet_planes(grid) else { return };
+        let height = if rows * columns > LARGE_PLANE { 1 } else { STACK };
         let mut blocks = Vec::new();
         for (n, mut rest) in out.axis_chunks_iter_mut(Axis(1), LANES).enumerate() {
             let mut k = planes.start;
             while k < planes.end {
                 // Stacks are cut the same way whatever slabs are asked for.
-                let stack = (k / STACK * STACK).max(wet.start)..((k / STACK + 1) * STACK).min(wet.end);
-                let end = ((k / STACK + 1) * STACK).min(planes.end);
+                let stack = (k / height * height).max(wet.start)..((k / height + 1) * height).min(wet.end);
+                let end = ((k / height + 1) * height).min(planes.end);
                 let (block, below) = rest.split_at(Axis(0), end - k);
                 if !stack.is_empty() {
                     blocks.push((stack, k, n * LANES, block));
