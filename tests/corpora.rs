@@ -68,6 +68,7 @@ fn the_samples_are_read() {
     };
     of(cameras::run, "tests/fuzz/corpus/cameras");
     of(roots::run, "tests/fuzz/corpus/roots");
+    of(study::run, "tests/fuzz/corpus/study");
 }
 
 #[test]
