@@ -129,7 +129,7 @@ impl Now {
         if self.version != before.version {
             changes.push(Change::Version { from: before.version, to: self.version });
         }
-        compare_params("", &before.params, &self.params, &mut changes);
+        compare_params("", &before.params.value(), &self.params, &mut changes);
         let none = Vec::new();
         for (port, inputs) in &self.ports {
             compare_inputs(port, before.inputs.get(port).unwrap_or(&none), inputs, &mut changes);

@@ -118,6 +118,7 @@ impl<'a> Engine<'a> {
         for (n, found) in read_files(graph, self.store, &reachable) {
             schedule.file_known(n, found);
         }
+        schedule.ask_store(&reachable);
         for target in targets {
             schedule.raise(target.0, Want::Values);
         }

@@ -7,6 +7,7 @@
 mod change;
 mod engine;
 mod event;
+mod found;
 mod graph;
 mod key;
 mod layout;

@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::change::{Change, Now, nearest};
 use super::engine::read_files;
+use super::found::{Found, find};
 use super::graph::{Graph, Kind, NodeId};
-use super::key::key;
 use crate::error::{Error, Result};
 use crate::store::{Digest, Key, Manifest, Past, Store};
 
@@ -136,36 +136,27 @@ pub(super) fn plan(graph: &Graph, store: &Store, targets: &[NodeId]) -> Result<P
         entries[n] = Some(Planned { label, stage: None, state, seconds: None, bytes: None });
     }
     store.remember_files();
+    let mut found = find(graph, store, &reached, &mut digests);
     for (n, node) in graph.nodes.iter().enumerate().filter(|(n, _)| reached[*n]) {
-        let Kind::Stage { work, params, .. } = &node.kind else { continue };
+        let Kind::Stage { work, .. } = &node.kind else { continue };
         let (stage, label) = (work.name(), node.label.clone());
-        let mut known = Vec::new();
-        for (port, inputs) in &node.ports {
-            let port_digests: Option<Vec<Digest>> = inputs.iter().map(|input| digests[input.0]).collect();
-            known.extend(port_digests.map(|digests| (port.as_str(), digests)));
-        }
         let changes = |experience: &mut Experience<'_>, own| {
             let now = Now::of(graph, n, &|input| digests[input]);
             now.map_or_else(Vec::new, |now| nearest(store, experience.of(stage), stage, &label, own, &now).1)
         };
-        let state = if known.len() == node.ports.len() {
-            let key = key(stage, work.version(), params.as_ref().map_err(Clone::clone)?, &known);
-            match store.lookup(stage, key)? {
-                Some(held) => {
-                    digests[n] = Some(held.digest);
-                    NodeState::Cached { key, digest: held.digest, is_virtual: held.is_virtual }
-                }
-                None => {
-                    let before = experience.of(stage).iter().any(|past| past.key == key);
-                    NodeState::WouldRun {
-                        key,
-                        digest: None,
-                        changes: if before { vec![Change::NotStored] } else { changes(&mut experience, Some(key)) },
-                    }
+        let state = match found[n].take().transpose()? {
+            Some(Found { key, manifest: Some(held) }) => {
+                NodeState::Cached { key, digest: held.digest, is_virtual: held.is_virtual }
+            }
+            Some(Found { key, manifest: None }) => {
+                let before = experience.of(stage).iter().any(|past| past.key == key);
+                NodeState::WouldRun {
+                    key,
+                    digest: None,
+                    changes: if before { vec![Change::NotStored] } else { changes(&mut experience, Some(key)) },
                 }
             }
-        } else {
-            NodeState::Unknown { changes: changes(&mut experience, None) }
+            None => NodeState::Unknown { changes: changes(&mut experience, None) },
         };
         entries[n] = Some(Planned { label, stage: Some(stage), state, seconds: None, bytes: None });
     }

@@ -11,7 +11,7 @@ use super::key::key;
 use super::resident::Resident;
 use super::stage::{Inputs, Progress, Work};
 use crate::error::{Error, Result};
-use crate::store::{Artefact, Digest, FORMAT, InputRecord, Key, Manifest, Store, VirtualArtefact, digest_of};
+use crate::store::{Artefact, Digest, FORMAT, InputRecord, Key, Manifest, Params, Store, VirtualArtefact, digest_of};
 
 /// A node about to run, with everything it needs copied out of the schedule.
 pub(super) struct Job {
@@ -172,7 +172,7 @@ fn describe(
         version: work.version(),
         label: node.label.clone(),
         key: key(work.name(), work.version(), &work.params_bytes()?, &ports),
-        params: work.params()?,
+        params: Params::of(&work.params()?)?,
         inputs,
         digest: Digest([0; 32]),
         is_virtual: false,

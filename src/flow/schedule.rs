@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::event::Event;
+use super::found::{self, Found};
 use super::graph::{Graph, Kind, NodeId};
 use super::key::key;
 use super::remaining::experience;
@@ -46,6 +47,8 @@ pub(super) struct Slot {
     pub(super) is_far: bool,
     /// It was told that the store has it.
     pub(super) hit: bool,
+    /// What the store said of it before the run began.
+    asked: Option<Found>,
     /// Another process was found to be at it.
     waiting: bool,
     /// Consumers know that this virtual node can be read.
@@ -100,6 +103,7 @@ impl<'a> Schedule<'a> {
             ran: false,
             is_far: false,
             hit: false,
+            asked: None,
             waiting: false,
             announced: false,
         };
@@ -116,6 +120,16 @@ impl<'a> Schedule<'a> {
                 self.slots[n].artefact = Some(artefact);
             }
             Err(error) => self.fail(n, error),
+        }
+    }
+
+    /// Asks the store for all of `reached` whose keys follow from the files. What it does not hold is asked for again in its turn: another
+    /// process may have computed it.
+    pub(super) fn ask_store(&mut self, reached: &[bool]) {
+        let mut digests: Vec<Option<Digest>> = self.slots.iter().map(|slot| slot.digest).collect();
+        let all = found::find(self.graph, self.store, reached, &mut digests);
+        for (slot, found) in self.slots.iter_mut().zip(all) {
+            slot.asked = found.and_then(Result::ok);
         }
     }
 
@@ -257,7 +271,11 @@ impl<'a> Schedule<'a> {
         let Kind::Stage { work, .. } = &self.graph.nodes[n].kind else { return true };
         let found = self.key_of(n).and_then(|key| {
             self.slots[n].key = Some(key);
-            let manifest = self.store.lookup(work.name(), key)?;
+            let asked = self.slots[n].asked.take().filter(|found| found.key == key);
+            let manifest = match asked.and_then(|found| found.manifest) {
+                Some(manifest) => Some(manifest),
+                None => self.store.lookup(work.name(), key)?,
+            };
             let Some(manifest) = manifest else { return Ok(None) };
             self.slots[n].is_far = self.store.is_far(&manifest);
             let is_at_hand = !(manifest.is_virtual || self.slots[n].is_far);
@@ -287,18 +305,8 @@ impl<'a> Schedule<'a> {
 
     /// The key of a stage node all of whose inputs have known digests.
     pub(super) fn key_of(&self, n: usize) -> Result<Key> {
-        let node = &self.graph.nodes[n];
-        let Kind::Stage { work, params, .. } = &node.kind else {
-            return Err(Error::failed(format!("`{}` is a file and has no key", node.label)));
-        };
-        let params = params.as_ref().map_err(Clone::clone)?;
-        let mut ports = Vec::new();
-        for (port, inputs) in &node.ports {
-            let digests: Option<Vec<Digest>> = inputs.iter().map(|input| self.slots[input.0].digest).collect();
-            let digests = digests.ok_or_else(|| Error::failed(format!("an input of `{}` is not known", node.label)))?;
-            ports.push((port.as_str(), digests));
-        }
-        Ok(key(work.name(), work.version(), params, &ports))
+        found::key_of(self.graph, n, |input| self.slots[input].digest)?
+            .ok_or_else(|| Error::failed(format!("an input of `{}` is not known", self.graph.nodes[n].label)))
     }
 
     /// The name under which the work of node `n` is claimed: its key, or, where it reads what is streamed, the key that

@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use serde_json::value::RawValue;
 
 use super::digest::{Digest, Key};
 use super::element::Dtype;
+use crate::error::{Error, Result};
 
 /// Version of the manifest and of the layout; part of the folder's name.
 pub const FORMAT: u32 = 1;
@@ -64,6 +67,40 @@ pub struct InputRecord {
     pub digest: Digest,
 }
 
+/// Parameters of a run. They are most of a manifest, and only a comparison reads them: until then they are text.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(transparent)]
+pub struct Params(Box<RawValue>);
+
+impl Params {
+    /// Of the value with that name for each parameter.
+    ///
+    /// # Errors
+    /// Where it cannot be written as JSON.
+    pub fn of(value: &Value) -> Result<Self> {
+        let raw = serde_json::value::to_raw_value(value);
+        raw.map(Self).map_err(|e| Error::failed(format!("parameters of a manifest: {e}")))
+    }
+
+    /// The value; its text was read as JSON before.
+    pub fn value(&self) -> Value {
+        serde_json::from_str(self.0.get()).unwrap_or_default()
+    }
+}
+
+impl PartialEq for Params {
+    fn eq(&self, other: &Self) -> bool {
+        self.value() == other.value()
+    }
+}
+
+/// As a value, so that it is laid out as the rest of the page is.
+impl Serialize for Params {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        self.value().serialize(serializer)
+    }
+}
+
 /// The record of one node's run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
@@ -76,7 +113,7 @@ pub struct Manifest {
     /// Label of the node in the study that ran it.
     pub label: String,
     /// Parameters with their defaults written out.
-    pub params: serde_json::Value,
+    pub params: Params,
     /// For each port the upstream artefacts in order.
     pub inputs: BTreeMap<String, Vec<InputRecord>>,
     /// The node's key.
@@ -111,5 +148,24 @@ impl Manifest {
     /// Bytes on disk of all members.
     pub fn bytes(&self) -> u64 {
         self.members.iter().map(|member| member.bytes).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn parameters_are_laid_out_as_the_rest_of_the_page_and_come_back_as_they_were() {
+        let value = json!({"high": 0.25, "tank": {"belts": [[0.0, 8.0]], "note": "a \"b\""}, "none": null});
+        let params = Params::of(&value).unwrap();
+        assert_eq!(params.value(), value);
+        let page = serde_json::to_string_pretty(&json!({"params": params})).unwrap();
+        assert_eq!(page, serde_json::to_string_pretty(&json!({"params": value})).unwrap());
+        assert_eq!(serde_json::to_vec_pretty(&params).unwrap(), serde_json::to_vec_pretty(&value).unwrap());
+        let back: Params = serde_json::from_str(&serde_json::to_string_pretty(&params).unwrap()).unwrap();
+        assert_eq!((back.value(), back == params), (value, true), "its text has lines, its value has not");
+        assert_ne!(params, Params::of(&json!({"high": 0.5})).unwrap());
     }
 }

@@ -62,7 +62,7 @@ pub use files::{leads_inside, shared_files, tree};
 pub use free::{write_array, write_group};
 pub use history::Past;
 pub use holder::Holder;
-pub use manifest::{FORMAT, InputRecord, Manifest, Member, MemberKind};
+pub use manifest::{FORMAT, InputRecord, Manifest, Member, MemberKind, Params};
 pub use output::Output;
 pub use remote::Pushed;
 pub use share::Destination;

@@ -46,7 +46,11 @@ const KNOWN: &[(&str, &str, &str)] = &[
     ("quality.csv", "text/csv", "How well each capture of the trial went"),
     ("effects.csv", "text/csv", "How much groups of plants differ in each trait"),
     ("growth.csv", "text/csv", "What each root did between two days"),
-    ("days", "application/xml", "The roots of each day in one frame and under common numbers, RSML"),
+    (
+        "days",
+        "application/xml",
+        "The roots of each day in one frame and under common numbers: RSML per day, glTF per plant",
+    ),
     ("analysis.R", "text/x-r", "Reads the tables of the trial"),
     ("study.lock", "application/json", "Every parameter, version and digest; `rootvox rerun` repeats it"),
 ];

@@ -33,6 +33,13 @@ impl Trial {
         command
     }
 
+    /// How many nodes the store holds.
+    fn stored(&self) -> usize {
+        let inside = |folder: PathBuf| fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+        let caches = inside(self.path("cache")).map(|cache| cache.join("nodes"));
+        caches.flat_map(inside).flat_map(inside).count()
+    }
+
     fn text(&self, name: &str) -> String {
         fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
@@ -189,6 +196,12 @@ fn a_plant_is_followed_over_days_and_another_print_is_refused() {
     assert!(!growth.contains("\n2,"), "{growth}");
     let days = trial.text("results/peas/trial/days/1-7.rsml");
     assert!(days.contains("<index>1</index><unified>true</unified></time-sequence>"), "a series");
+    let scene = fs::read(trial.path("results/peas/trial/days/1.glb")).expect("a scene over days");
+    let holds = |text: &[u8]| scene.windows(text.len()).any(|part| part == text);
+    assert!(scene.starts_with(b"glTF") && holds(b"\"day-2\"") && holds(b"\"growth\""), "days and an animation");
+    assert!(!trial.path("results/peas/trial/days/2.glb").exists(), "it was not followed");
+    let page = trial.text("results/peas/trial/report.html");
+    assert!(page.contains("<svg class=\"film-2\"") && page.contains("@keyframes film-2") && !page.contains("<script"));
     let traits = trial.text("results/peas/trial/traits.csv");
     assert!(traits.contains("\n1,7,elongation_mm_per_day,"), "{traits}");
     // The simulation's rate is 7 mm a day within a fifth.
@@ -211,4 +224,38 @@ fn a_simulated_trial_is_a_folder_per_capture() {
     }
     let roots = |name: &str| trial.text(&format!("made/{name}/roots.json")).len();
     assert!(roots("1-7") > roots("1-5"));
+}
+
+#[test]
+fn a_trial_that_was_killed_goes_on_where_it_was() {
+    let list = "plant,simulate.seed\n1,3\n2,4\n3,5\n";
+    let (whole, killed) = (Trial::new(list), Trial::new(list));
+    let all = computed(&stderr(&mut whole.command("run", &[])));
+    assert_eq!(whole.stored(), all);
+    // One kill early, one late.
+    for share in [0.2, 0.7] {
+        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_rootvox"))
+            .current_dir(killed.path(""))
+            .args(["run", "trial.toml"])
+            .env_remove("ROOTVOX_CACHE")
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .expect("starts");
+        while (killed.stored() as f64) < share * all as f64 {
+            assert!(child.try_wait().expect("can ask").is_none(), "it ended before it was killed");
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        child.kill().expect("can kill");
+        child.wait().expect("is gone");
+        assert!(!killed.path("results/peas/trial").exists(), "half of the captures are no trial");
+    }
+    let before = killed.stored();
+    assert!(before < all, "it was killed in the middle");
+    assert_eq!(
+        computed(&stderr(&mut killed.command("run", &[]))),
+        all - before,
+        "what is stored is not computed again"
+    );
+    let lock = |trial: &Trial| trial.text("results/peas/trial/study.lock");
+    assert_eq!(lock(&whole), lock(&killed), "keys and digests of an undisturbed run");
 }

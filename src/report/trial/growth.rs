@@ -1,7 +1,7 @@
 //! How plants grew: total length of the followed roots over days.
 
 use super::axes::{Axis, lines, numbers};
-use super::{COLOURS, Page};
+use super::{COLOURS, Page, film};
 use crate::report::page::html::escape;
 use std::fmt::Write;
 
@@ -66,5 +66,6 @@ pub(super) fn section(page: &Page<'_>, t: &mut String) {
         }
         t.push_str("</ul>\n");
     }
+    film::all(page, t);
     t.push_str("</section>\n");
 }

@@ -3,6 +3,7 @@
 
 mod axes;
 mod boxes;
+mod film;
 mod growth;
 mod profiles;
 mod sheet;
@@ -14,6 +15,7 @@ use crate::roots::RootSystem;
 use crate::roots::traits::{Trait, glossary};
 use std::fmt::Write;
 
+pub use film::Film;
 pub use growth::Curve;
 
 /// A capture on the page.
@@ -70,6 +72,8 @@ pub struct Page<'a> {
     pub differences: Vec<Difference<'a>>,
     /// Growth of each plant that was followed.
     pub curves: Vec<Curve<'a>>,
+    /// The same plants, drawn day by day.
+    pub films: Vec<Film<'a>>,
     /// What the days of plants say of themselves, each a sentence.
     pub notes: Vec<String>,
 }
@@ -275,7 +279,7 @@ fn label(name: &str) -> String {
 
 const FILES: &str = "<section><h2>Files</h2>\n<p><code>traits.csv</code> (plant, date, groups, trait, value, spread), \
     <code>roots.csv</code>, <code>depth_profile.csv</code>, <code>quality.csv</code>, <code>effects.csv</code>, and \
-    <code>growth.csv</code> where plants were photographed on several days; <code>Rscript analysis.R</code> reads them.</p>\n</section>\n";
+    <code>growth.csv</code> and <code>days/</code> where plants were photographed on several days; <code>Rscript analysis.R</code> reads them.</p>\n</section>\n";
 
 /// `3 plants`.
 fn plants(n: usize) -> String {

@@ -2,7 +2,7 @@
 
 use super::Page;
 use crate::report::page::html::escape;
-use crate::roots::ink;
+use crate::roots::{Root, ink};
 use imageproc::geometry::approximate_polygon_dp;
 use imageproc::point::Point;
 use std::fmt::Write;
@@ -40,18 +40,7 @@ pub(super) fn section(page: &Page<'_>, t: &mut String) {
             2.0 * radius
         );
         for traced in known.system.roots.iter().filter(|r| r.root.points_mm.len() > 1) {
-            let root = &traced.root;
-            let [r, g, b] = ink::by_order(root);
-            let curve: Vec<Point<f64>> = root.points_mm.iter().map(|p| Point::new(p[0], p[2])).collect();
-            let points = approximate_polygon_dp(&curve, TOLERANCE_MM, false);
-            let line: Vec<String> = points.iter().map(|p| format!("{:.1} {:.1}", p.x, p.y)).collect();
-            let width = 2.0 * root.radii_mm.iter().sum::<f64>() / root.radii_mm.len() as f64;
-            let _ = write!(
-                t,
-                "<path stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{:.2}\" d=\"M{}\"/>",
-                width.max(0.6),
-                line.join(" ")
-            );
+            line(&traced.root, ink::by_order(&traced.root), t);
         }
         let groups: Vec<String> = c.groups.iter().filter(|g| !g.is_empty()).map(|g| escape(g)).collect();
         let _ = writeln!(
@@ -63,4 +52,18 @@ pub(super) fn section(page: &Page<'_>, t: &mut String) {
         );
     }
     t.push_str("</div>\n</section>\n");
+}
+
+/// A root from the side, x and z.
+pub(super) fn line(root: &Root, [r, g, b]: [u8; 3], t: &mut String) {
+    let curve: Vec<Point<f64>> = root.points_mm.iter().map(|p| Point::new(p[0], p[2])).collect();
+    let points = approximate_polygon_dp(&curve, TOLERANCE_MM, false);
+    let line: Vec<String> = points.iter().map(|p| format!("{:.1} {:.1}", p.x, p.y)).collect();
+    let width = 2.0 * root.radii_mm.iter().sum::<f64>() / root.radii_mm.len() as f64;
+    let _ = write!(
+        t,
+        "<path stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{:.2}\" d=\"M{}\"/>",
+        width.max(0.6),
+        line.join(" ")
+    );
 }

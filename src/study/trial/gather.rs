@@ -44,7 +44,7 @@ pub(super) struct Quality {
 /// Where a result cannot be read.
 pub(super) fn all(tried: &Tried<'_>) -> Result<Vec<Option<Gathered>>> {
     let mut all = captures(tried)?;
-    for (days, _) in tried.trial.days.iter().zip(&tried.unfollowed).filter(|(_, fault)| fault.is_none()) {
+    for days in tried.followed() {
         let growth: Growth = tried.report.artefact(days.follow)?.json("growth.json")?;
         let time = |n: usize| tried.trial.captures[days.captures[n]].date.as_ref().map_or(f64::NAN, |d| d.days);
         for day in 1..days.captures.len() {

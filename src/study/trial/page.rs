@@ -5,9 +5,9 @@ use super::results::Tried;
 use super::tables::{compared_columns, effects};
 use crate::error::Result;
 use crate::growth::compare::{ODD, oddness};
-use crate::report::trial::{Curve, Difference, Known, Page, Shown};
+use crate::report::trial::{Curve, Difference, Film, Known, Page, Shown};
+use crate::roots::Root;
 use crate::roots::traits::steps;
-use crate::roots::{Root, TracedRoot};
 use std::collections::BTreeMap;
 
 /// Numbers by which a capture can be unlike the others, with the word for them.
@@ -48,6 +48,7 @@ pub(super) fn html(tried: &Tried<'_>, all: &[Option<Gathered>]) -> Result<String
             known,
         });
     }
+    let (curves, films) = grown(tried)?;
     let page = Page {
         name: &trial.name,
         columns: columns
@@ -65,28 +66,27 @@ pub(super) fn html(tried: &Tried<'_>, all: &[Option<Gathered>]) -> Result<String
                 effect: c.effect,
             })
             .collect(),
-        curves: curves(tried)?,
+        curves,
+        films,
         notes: tried.unfollowed().iter().map(ToString::to_string).chain(doubts(tried)).collect(),
     };
     Ok(page.html())
 }
 
-/// Total length over days of each plant that was followed.
-fn curves<'a>(tried: &'a Tried<'_>) -> Result<Vec<Curve<'a>>> {
+/// Each plant that was followed: its total length over days, and its roots on each.
+fn grown<'a>(tried: &'a Tried<'_>) -> Result<(Vec<Curve<'a>>, Vec<Film<'a>>)> {
     let trial = tried.trial;
-    let mut curves = Vec::new();
-    for (days, _) in trial.days.iter().zip(&tried.unfollowed).filter(|(_, fault)| fault.is_none()) {
-        let roots: Vec<Vec<TracedRoot>> = tried.report.artefact(days.follow)?.json("days.json")?;
-        let time = |n: usize| trial.captures[days.captures[n]].date.as_ref().map_or(0.0, |d| d.days);
-        let total = |of: &Vec<TracedRoot>| -> f64 {
-            let plain: Vec<Root> = of.iter().map(|r| r.root.clone()).collect();
-            steps(&plain).iter().map(|s| s.length()).sum()
-        };
-        let points = roots.iter().enumerate().map(|(n, of)| [time(n) - time(0), total(of)]).collect();
+    let (mut curves, mut films) = (Vec::new(), Vec::new());
+    for days in tried.followed() {
+        let roots = tried.roots_over_days(days)?;
+        let total = |of: &Vec<Root>| -> f64 { steps(of).iter().map(|s| s.length()).sum() };
+        let points = roots.iter().map(|(time, of)| [*time, total(of)]).collect();
         let capture = &trial.captures[days.captures[0]];
         curves.push(Curve { plant: &days.plant, groups: &capture.groups, points });
+        let planned = tried.batch.studies[days.captures[0]].points.first().and_then(|p| p.planned.as_ref().ok());
+        films.extend(planned.map(|(settings, _)| Film { plant: &days.plant, tank: &settings.tank, days: roots }));
     }
-    Ok(curves)
+    Ok((curves, films))
 }
 
 /// What the days of plants warned of.

@@ -6,6 +6,8 @@
 use super::{Days, Trial, gather, page, tables};
 use crate::error::{Error, Result};
 use crate::flow::{NodeId, Report};
+use crate::formats::gltf;
+use crate::roots::{Root, TracedRoot, ink};
 use crate::study::batch::{Batch, Point, Study};
 use crate::study::crate_metadata::Made;
 use crate::study::folder::Fresh;
@@ -18,6 +20,9 @@ use std::path::Path;
 /// Reads the tables and draws the figures.
 const ANALYSIS: &str = include_str!("analysis.R");
 
+/// Sides of a root's tube in 3D.
+const SIDES: usize = 6;
+
 /// A trial that was run.
 pub struct Tried<'a> {
     pub(super) batch: &'a Batch,
@@ -27,7 +32,7 @@ pub struct Tried<'a> {
     /// With each capture, why it failed.
     pub failed: Vec<Option<Error>>,
     /// With each plant of several days, why its roots could not be followed.
-    pub(super) unfollowed: Vec<Option<Error>>,
+    unfollowed: Vec<Option<Error>>,
 }
 
 impl<'a> Tried<'a> {
@@ -94,9 +99,27 @@ impl<'a> Tried<'a> {
         Ok(true)
     }
 
-    /// Puts a file of roots per plant and day, in one frame and under common numbers.
+    /// The plants whose roots were followed.
+    pub(super) fn followed(&self) -> impl Iterator<Item = &'a Days> + '_ {
+        self.trial.days.iter().zip(&self.unfollowed).filter(|(_, fault)| fault.is_none()).map(|(days, _)| days)
+    }
+
+    /// Of each day of a plant the days since its first, and the roots in one frame under common numbers.
+    ///
+    /// # Errors
+    /// Where the result cannot be read.
+    pub(super) fn roots_over_days(&self, days: &Days) -> Result<Vec<(f64, Vec<Root>)>> {
+        let roots: Vec<Vec<TracedRoot>> = self.report.artefact(days.follow)?.json("days.json")?;
+        let time = |n: usize| self.trial.captures[days.captures[n]].date.as_ref().map_or(0.0, |d| d.days);
+        let plain = |of: Vec<TracedRoot>| of.into_iter().map(|traced| traced.root).collect();
+        Ok(roots.into_iter().enumerate().map(|(n, of)| (time(n) - time(0), plain(of))).collect())
+    }
+
+    /// Puts a file of roots per plant and day, in one frame and under common numbers, and one in 3D of all its days.
     fn put_days(&self, fresh: &Fresh) -> Result<()> {
-        for (days, _) in self.trial.days.iter().zip(&self.unfollowed).filter(|(_, fault)| fault.is_none()) {
+        for days in self.followed() {
+            let scene = gltf::write_days(&self.roots_over_days(days)?, SIDES, ink::by_root)?;
+            fresh.write(&format!("days/{}.glb", days.plant), &scene)?;
             let followed = self.report.artefact(days.follow)?;
             for (n, &capture) in days.captures.iter().enumerate() {
                 let member = format!("day-{}.rsml", n + 1);

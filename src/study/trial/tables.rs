@@ -86,7 +86,7 @@ fn joined(tried: &Tried<'_>, all: &[Option<Gathered>], of: impl Fn(&Gathered) ->
 fn growth(tried: &Tried<'_>) -> Result<Vec<u8>> {
     let columns = ["plant"].into_iter().chain(tried.trial.groups.iter().map(String::as_str)).chain(growth_csv::COLUMNS);
     let mut rows = Vec::new();
-    for (days, _) in tried.trial.days.iter().zip(&tried.unfollowed).filter(|(_, fault)| fault.is_none()) {
+    for days in tried.followed() {
         let table = tables::read("growth.csv", &tried.report.artefact(days.follow)?.bytes("growth.csv")?)?;
         // Groups of a plant are those of its first day.
         let capture = &tried.trial.captures[days.captures[0]];
