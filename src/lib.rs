@@ -4,7 +4,7 @@
 //! The rooms, in the order of the data; imports run one way, down this list:
 //! [`math`], [`optics`], [`photo`], [`calibration`], [`volume`], [`roots`], [`growth`], [`simulation`],
 //! [`evaluation`], [`formats`], [`report`]; beside them the engine, [`store`] and [`flow`], which
-//! knows nothing of roots; above them [`stages`], where domain and engine meet, [`study`] and [`cli`].
+//! knows nothing of roots; above them [`stages`], where domain and engine meet, [`study`], [`view`] and [`cli`].
 
 pub mod calibration;
 pub mod cli;
@@ -22,6 +22,7 @@ pub mod simulation;
 pub mod stages;
 pub mod store;
 pub mod study;
+pub mod view;
 pub mod volume;
 
 pub use error::{Error, Result};

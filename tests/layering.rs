@@ -27,6 +27,7 @@ const MAY_SEE: &[(&str, &[&[&str]])] = &[
     ("flow", &[&["error", "store"]]),
     ("stages", &[BASE, RECONSTRUCTION, JUDGES, &["formats", "report", "store", "flow"]]),
     ("study", &[BASE, RECONSTRUCTION, JUDGES, &["formats", "report", "store", "flow", "stages"]]),
+    ("view", &[BASE, RECONSTRUCTION, &["formats", "report", "store", "flow", "stages", "study"]]),
 ];
 
 fn rust_files(folder: &Path) -> Vec<PathBuf> {

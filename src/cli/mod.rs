@@ -34,6 +34,7 @@ mod tally;
 mod trace;
 mod trial;
 mod verify;
+mod view;
 mod watch;
 mod why;
 mod work;
@@ -56,6 +57,7 @@ struct Arguments {
 enum Command {
     Init(init::Init),
     Run(run::Run),
+    View(view::View),
     Rerun(rerun::Rerun),
     Pack(pack::Pack),
     Work(work::Work),
@@ -82,6 +84,7 @@ pub fn run() -> Result<()> {
     match Arguments::parse().command {
         Command::Init(c) => c.run(),
         Command::Run(c) => c.run(),
+        Command::View(c) => c.run(),
         Command::Rerun(c) => c.run(),
         Command::Pack(c) => c.run(),
         Command::Work(c) => c.run(),

@@ -12,19 +12,24 @@ use super::repair::{Kind, Repair};
 use super::ridge::{Field, RidgePoint};
 use super::strand::{End, Strand, knot_tree};
 use crate::optics::Vec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// When two pieces are one root.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BridgeParams {
     /// Longest gap, mm, 0 to 30; a crossing root hides some diameters' length.
+    #[schemars(range(min = 0.0, max = 30.0))]
     pub gap_mm: f64,
     /// Largest angle between a piece's end and the gap, degrees, 10 to 80.
+    #[schemars(range(min = 10.0, max = 80.0))]
     pub angle_deg: f64,
     /// Rootness along the gap against the weaker piece's mean, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub support: f64,
     /// Length over which the direction of an end is taken, mm, 1 to 10.
+    #[schemars(range(min = 1.0, max = 10.0))]
     pub baseline_mm: f64,
 }
 

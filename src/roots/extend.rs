@@ -11,17 +11,21 @@ use super::link::{LinkParams, Node, cost, tree_of, within};
 use super::repair::{Kind, Repair};
 use super::strand::{End, Strand};
 use crate::optics::Vec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How far loose ends are followed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ExtendParams {
     /// Rootness that a ridge needs to be followed from an end on, in shares of `trace.low`, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub share: f64,
     /// Way after which an end is followed no farther, mm, 0 (none is followed) to 50.
+    #[schemars(range(min = 0.0, max = 50.0))]
     pub longest_mm: f64,
     /// Length over which the direction of an end is taken, mm, 1 to 10.
+    #[schemars(range(min = 1.0, max = 10.0))]
     pub baseline_mm: f64,
 }
 

@@ -17,19 +17,24 @@ use super::ridge::RidgePoint;
 use crate::optics::Vec3;
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// When neighbouring ridge points belong to one curve.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LinkParams {
     /// Longest link, in voxels, 1 to 5; voxels of one crest lie at most √3 apart, one may be missing.
+    #[schemars(range(min = 1.0, max = 5.0))]
     pub reach: f64,
     /// Largest bend of a link, degrees, 20 to 80; half a right angle is the coarsest voxel direction.
+    #[schemars(range(min = 20.0, max = 80.0))]
     pub angle_deg: f64,
     /// Two points mark the same place when closer along the tangent than this, in voxels, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub same_along: f64,
     /// ... and closer across the tangent than this, in voxels, 0 to 2.
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub same_across: f64,
 }
 

@@ -8,19 +8,24 @@
 
 use super::bridge::Workshop;
 use super::strand::{End, Strand};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// When a root springs from another.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TieParams {
     /// Longest gap between a lateral's first ridge point and its parent's surface, mm, 0 to 30.
+    #[schemars(range(min = 0.0, max = 30.0))]
     pub gap_mm: f64,
     /// Largest angle between the lateral's first direction and the way to its parent, degrees, 10 to 90.
+    #[schemars(range(min = 10.0, max = 90.0))]
     pub angle_deg: f64,
     /// Rootness along the gap against the lateral's mean, 0 to 1, that counts as support.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub support: f64,
     /// Length over which directions are taken, mm, 1 to 10.
+    #[schemars(range(min = 1.0, max = 10.0))]
     pub baseline_mm: f64,
 }
 

@@ -20,23 +20,29 @@ use super::{Root, curve};
 use crate::error::{Error, Result};
 use crate::optics::Vec3;
 use crate::volume::hysteresis::{Hysteresis, Unit};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How the tracing decides.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TraceParams {
     /// Ridges above it, in multiples of the volume's own level, may be traced: weaker ones than count as root voxels
     /// (`extract.low`), since the photographs then judge each traced piece (`hierarchy.shown`). Where diameters are not
     /// measured nothing judges: give those of `[extract]`.
+    #[schemars(range(min = 0.0))]
     pub low: f32,
     /// Ridges above it are traced, with all that is linked to them above `low`.
+    #[schemars(range(min = 0.0))]
     pub high: f32,
     /// Ridges whose bounding box has a shorter diagonal are not traced, mm.
+    #[schemars(range(min = 0.0))]
     pub min_length_mm: f32,
     /// Spacing of the centreline's points, mm, 0.1 to 5.
+    #[schemars(range(min = 0.1, max = 5.0))]
     pub step_mm: f64,
     /// Waves of the ridge shorter than this are noise, mm, 1 to 30; a few times the thickest lateral.
+    #[schemars(range(min = 1.0, max = 30.0))]
     pub smooth_mm: f64,
     /// Neighbouring ridge points.
     pub link: LinkParams,
@@ -49,6 +55,7 @@ pub struct TraceParams {
     /// Laterals on their parents.
     pub tie: TieParams,
     /// A piece that runs closer to a longer one than this is its double, in voxels, 0 to 5.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub double: f64,
 }
 

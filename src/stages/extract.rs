@@ -40,10 +40,12 @@ impl Stage for Extract {
     const NAME: &'static str = "extract";
     const VERSION: u32 = 1;
 
-    fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
+    fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let ridges = suppress::read(inputs.one("ridges")?)?;
         self.params.check("extract")?;
+        progress.check()?;
         let pieces = self.params.pieces(&ridges, self.grid.spacing_mm);
+        progress.check()?;
         let points: Vec<RootPoint> = (0..ridges.len())
             .filter(|&n| pieces.label[n] > 0)
             .map(|n| RootPoint {

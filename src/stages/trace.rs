@@ -30,7 +30,7 @@ impl Stage for Trace {
         self.grid.len() as u64 * 8
     }
 
-    fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
+    fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let ridges = suppress::read(inputs.one("ridges")?)?;
         let strong = self.params.hysteresis().pieces(&ridges, self.grid.spacing_mm).label;
         let sigma_mm: Vec<f64> = inputs.one("rootness")?.json("sigma_mm")?;
@@ -41,8 +41,10 @@ impl Stage for Trace {
         if let [explained, ..] = explained {
             points = explained.json::<Explained>("explained.json")?.needed(points, self.grid.spacing_mm);
         }
+        progress.check()?;
         let mut pieces = trace(&points, &Field { grid: self.grid, rootness: rootness.view() }, &self.params)?;
         pieces.explained = !explained.is_empty();
+        progress.check()?;
         if pieces.pieces.is_empty() {
             output.warn("no root was traced; lower trace.high, or look at the rootness volume");
         }

@@ -101,13 +101,7 @@ impl Lock {
     ///
     /// # Errors
     /// As [`Self::of`].
-    pub(super) fn of_nodes(
-        batch: &Batch,
-        study: &Study,
-        targets: &[NodeId],
-        report: &Report,
-        folder: &Path,
-    ) -> Result<Self> {
+    pub fn of_nodes(batch: &Batch, study: &Study, targets: &[NodeId], report: &Report, folder: &Path) -> Result<Self> {
         let settings: Vec<Option<Resolved>> = study
             .points
             .iter()

@@ -7,6 +7,7 @@ pub mod cost;
 pub mod crate_metadata;
 pub mod document;
 pub mod draft;
+pub mod edit;
 mod evident;
 pub mod folder;
 pub mod graph;

@@ -108,6 +108,19 @@ impl StudyNodes {
         self.shown.as_ref().ok_or_else(|| Error::failed("a point of a sweep has no pictures"))
     }
 
+    /// The nodes that the report tells of, but for those of the photographs and of resampled views.
+    ///
+    /// # Errors
+    /// Of a point of a sweep.
+    pub fn told(&self) -> Result<Vec<NodeId>> {
+        let mut told = vec![self.cameras, self.system, self.shown()?.sight];
+        told.extend(self.measures());
+        told.extend(self.score.into_iter().chain(self.camera_errors));
+        told.extend(self.calibration.as_ref().map(|c| c.pose));
+        told.extend(self.corrections.as_ref().map(|c| c.corrections));
+        Ok(told)
+    }
+
     /// All nodes that a run brings up to date.
     pub fn targets(&self) -> Vec<NodeId> {
         let mut targets = self.numbers();

@@ -33,6 +33,23 @@ pub struct Commands<'a> {
 /// # Errors
 /// Where something of it is missing in the store.
 pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands: &Commands<'_>) -> Result<String> {
+    let photographs = photographs(point, report)?;
+    with(point, graph, report, lock, commands, &photographs, |page| page.html())
+}
+
+/// What `make` makes of the page of a point that was run, with these photographs.
+///
+/// # Errors
+/// Where something of it is missing in the store, and those of `make`.
+pub fn with<T>(
+    point: &Point,
+    graph: &Graph,
+    report: &Report,
+    lock: &Lock,
+    commands: &Commands<'_>,
+    photographs: &[Photograph],
+    make: impl FnOnce(&Page<'_>) -> Result<T>,
+) -> Result<T> {
     let (settings, nodes) = point.planned.as_ref().map_err(Clone::clone)?;
     let traits = report.artefact(nodes.traits)?;
     let table = |name: &str| -> Result<Table> { tables::read(name, &traits.bytes(name)?) };
@@ -67,12 +84,13 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
         .filter(|node| node.work.is_none())
         .filter_map(|node| Some((node.node.clone(), node.digest?.to_string())))
         .collect();
-    Page {
+    make(&Page {
         name: &lock.study,
         tank: &settings.tank,
         system: &system,
         traits: &tables::read_traits(&traits.bytes("traits.csv")?)?,
-        spread: shown.spread.map(spread).transpose()?.as_ref(),
+        // A page that follows changes does not wait for resampled views.
+        spread: shown.spread.filter(|&node| report.artefact(node).is_ok()).map(spread).transpose()?.as_ref(),
         per_root: &table("per_root.csv")?,
         profile: &table("depth_profile.csv")?,
         evidence: Evidence {
@@ -85,7 +103,7 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
             score: score.as_ref(),
             roots_score: judgement.as_ref().map(|j| &j.score),
         },
-        photographs: &photographs(nodes, report, &views)?,
+        photographs,
         corrections: corrected.as_ref().map(|(outcomes, traced)| Corrected { outcomes, traced }),
         provenance: Provenance {
             made_by: commands.made_by,
@@ -95,8 +113,7 @@ pub fn html(point: &Point, graph: &Graph, report: &Report, lock: &Lock, commands
             stages: &stages,
             inputs: &inputs,
         },
-    }
-    .html()
+    })
 }
 
 fn origin<'a>(settings: &Settings, registration: Option<&'a Registration>) -> CameraOrigin<'a> {
@@ -116,7 +133,14 @@ fn in_order(photos: &[String], named: &[NamedView]) -> Result<Vec<View>> {
     photos.iter().map(of).collect()
 }
 
-fn photographs(nodes: &StudyNodes, report: &Report, views: &[View]) -> Result<Vec<Photograph>> {
+/// The photographs of a point that was run, with the roots on them.
+///
+/// # Errors
+/// Where something of them is missing in the store.
+pub fn photographs(point: &Point, report: &Report) -> Result<Vec<Photograph>> {
+    let (_, nodes) = point.planned.as_ref().map_err(Clone::clone)?;
+    let named: Vec<NamedView> = report.artefact(nodes.cameras)?.json("cameras")?;
+    let views = &in_order(&nodes.photos, &named)?;
     let directions = directions(views);
     let shown = nodes.shown()?;
     let made = shown.previews.iter().zip(&shown.root_lines);

@@ -7,11 +7,12 @@
 use super::level::level;
 use super::ridges::Ridges;
 use crate::error::{Error, Result};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 /// What the thresholds are given in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Unit {
     /// Multiples of the volume's own level between noise and roots, [`level`](super::level).
@@ -21,16 +22,19 @@ pub enum Unit {
 }
 
 /// Which ridges are roots.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Hysteresis {
     /// Voxels above it may be root.
+    #[schemars(range(min = 0.0))]
     pub low: f32,
     /// Voxels above it are root, and all that is linked to them above `low`.
+    #[schemars(range(min = 0.0))]
     pub high: f32,
     /// level (half a typical root's rootness is 1) or rootness (the paper's; its [0.01, 0.02]).
     pub unit: Unit,
     /// Pieces whose voxels' bounding box has a shorter diagonal are dropped, mm; 0 keeps all, as the paper.
+    #[schemars(range(min = 0.0))]
     pub min_length_mm: f32,
 }
 

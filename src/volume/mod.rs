@@ -15,6 +15,7 @@ pub mod map_error;
 pub mod merge;
 pub mod orientation;
 pub mod patch_rbf;
+pub mod plane;
 pub mod pyramid;
 pub mod render;
 pub mod ridges;

@@ -17,4 +17,5 @@ mod shared_cache;
 mod simulation;
 mod sweeps;
 mod trials;
+mod view;
 mod workers;

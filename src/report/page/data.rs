@@ -3,7 +3,7 @@
 //! Lists run alike: of a root, `xyz` has three numbers per point (mm, tank frame), the others one. Lengths are written to a
 //! hundredth, diameters to a thousandth of a millimetre.
 
-use super::{Page, repaired};
+use super::{Page, Photograph, repaired};
 use crate::formats::tables::Table;
 use crate::roots::traits::glossary;
 use crate::roots::{TracedRoot, ink};
@@ -23,14 +23,6 @@ pub fn of(page: &Page<'_>) -> Value {
             json!({ "kind": repaired::place(r.kind), "at": at, "mm": to(r.length_mm, 2), "why": r.reason })
         })
         .collect();
-    let views: Vec<Value> = page
-        .photographs
-        .iter()
-        .map(|p| {
-            let lines: Vec<Value> = p.lines.iter().map(|l| json!([l.id, l.clear_px, l.strokes])).collect();
-            json!({ "name": p.name, "size": p.size_px, "from": p.whole_degrees(), "lines": lines })
-        })
-        .collect();
     json!({
         "name": page.name,
         "tank": {
@@ -41,8 +33,17 @@ pub fn of(page: &Page<'_>) -> Value {
         "repairs": repairs,
         "perRoot": table(page.per_root),
         "profile": page.profile,
-        "views": views,
+        "views": views(page.photographs),
     })
+}
+
+/// The photographs with the roots on them.
+pub fn views(photographs: &[Photograph]) -> Vec<Value> {
+    let view = |p: &Photograph| {
+        let lines: Vec<Value> = p.lines.iter().map(|l| json!([l.id, l.clear_px, l.strokes])).collect();
+        json!({ "name": p.name, "size": p.size_px, "from": p.whole_degrees(), "lines": lines })
+    };
+    photographs.iter().map(view).collect()
 }
 
 fn root(traced: &TracedRoot, kinds: &[i8]) -> Value {

@@ -26,6 +26,7 @@ use crate::optics::Tank;
 use crate::roots::RootSystem;
 use crate::roots::traits::Trait;
 use html::escape;
+use serde_json::Value;
 use std::fmt::Write;
 
 /// What the page shows.
@@ -75,7 +76,7 @@ const STYLE: &str = include_str!("style.css");
 const BEFORE: &str = include_str!("script/before.js");
 
 /// In the order in which they need each other.
-const SCRIPTS: [&str; 10] = [
+const SCRIPTS: [&str; 9] = [
     include_str!("script/state.js"),
     include_str!("script/library.js"),
     include_str!("script/colour.js"),
@@ -85,8 +86,39 @@ const SCRIPTS: [&str; 10] = [
     include_str!("script/lines.js"),
     include_str!("script/root.js"),
     include_str!("script/viewer.js"),
-    include_str!("script/main.js"),
 ];
+
+/// Ties them together, last.
+const MAIN: &str = include_str!("script/main.js");
+
+/// What a program adds to the page that serves it: nothing of it is there in a report.
+#[derive(Default)]
+pub struct Live<'a> {
+    /// At the end of the head.
+    pub head: &'a str,
+    /// Allows the page's own script under the policy it is served with.
+    pub nonce: &'a str,
+    /// After the page's own style sheet.
+    pub style: &'a str,
+    /// Beside the view in space.
+    pub panel: &'a str,
+    /// A section after it.
+    pub after_space: &'a str,
+    /// Before the last of the page's scripts, which calls `tieLive` where there is one.
+    pub scripts: &'a [&'a str],
+}
+
+/// What changes of photographs with the roots, as JSON.
+///
+/// # Errors
+/// Where a value cannot be written as JSON.
+pub fn changing_views(photographs: &[Photograph]) -> Result<String> {
+    json_text(&Value::from(data::views(photographs)))
+}
+
+fn json_text(value: &Value) -> Result<String> {
+    serde_json::to_string(value).map_err(|e| Error::failed(format!("the report's data cannot be written as JSON: {e}")))
+}
 
 impl Page<'_> {
     /// The page as HTML.
@@ -94,58 +126,112 @@ impl Page<'_> {
     /// # Errors
     /// Where plotly.js is not what is expected, or a value cannot be written as JSON.
     pub fn html(&self) -> Result<String> {
+        let head = format!("<meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n");
+        self.write(&Live { head: &head, ..Live::default() }, &data::of(self))
+    }
+
+    /// The page as HTML with what a program adds that serves it, and data for its scripts under `live`.
+    ///
+    /// # Errors
+    /// As [`Self::html`].
+    pub fn live_html(&self, live: &Live<'_>, values: Value) -> Result<String> {
+        let mut data = data::of(self);
+        data["live"] = values;
+        self.write(live, &data)
+    }
+
+    fn write(&self, live: &Live<'_>, data: &Value) -> Result<String> {
         let name = escape(self.name);
         let library = library::plotly()?;
         let room: usize = self.photographs.iter().map(|p| p.jpeg.len() / 3 * 4 + 2000).sum();
         let mut t = String::with_capacity(library.len() + room + (1 << 20));
         let _ = write!(
             t,
-            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n{head}\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"color-scheme\" content=\"light dark\">\n\
              <meta name=\"generator\" content=\"rootvox {version}\">\n<title>{name} – root system</title>\n\
-             <link rel=\"icon\" href=\"data:,\">\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+             <link rel=\"icon\" href=\"data:,\">\n<style>\n{STYLE}{style}</style>\n</head>\n<body>\n\
              <a class=\"skip\" href=\"#main\">Skip to the result</a>\n",
             version = env!("CARGO_PKG_VERSION"),
+            head = live.head,
+            style = live.style,
         );
         self.header(&mut t);
         t.push_str("<main id=\"main\">\n");
-        findings::section(&self.evidence, self.system, self.traits, &mut t);
-        self.space(&mut t);
+        self.glance(&mut t);
+        self.space(live.panel, &mut t);
+        t.push_str(live.after_space);
         tables::traits(self.traits, self.spread, &mut t);
-        if let Some(corrected) = &self.corrections {
-            corrections::section(corrected, self.traits, &mut t);
-        }
+        self.corrected(&mut t);
         t.push_str(PLOTS);
         photographs::section(self.photographs, &mut t);
         tables::roots(self.per_root, &mut t);
         provenance::section(&self.provenance, &mut t);
         t.push_str("</main>\n");
         t.push_str(photographs::VIEWER);
-        let data = serde_json::to_string(&data::of(self))
-            .map_err(|e| Error::failed(format!("the report's data cannot be written as JSON: {e}")))?;
+        let data = json_text(data)?;
+        let nonce = if live.nonce.is_empty() { String::new() } else { format!(" nonce=\"{}\"", live.nonce) };
         // Inside a script only this could end it.
         let _ = writeln!(t, "<script type=\"application/json\" id=\"data\">{}</script>", data.replace("</", "<\\/"));
         let _ = writeln!(
             t,
-            "<script type=\"text/plain\" id=\"plotly\">\n{BEFORE}{library}\n</script>\n<script>\n\"use strict\";\n(() => {{"
+            "<script type=\"text/plain\" id=\"plotly\">\n{BEFORE}{library}\n</script>\n<script{nonce}>\n\"use strict\";\n(() => {{"
         );
-        SCRIPTS.iter().for_each(|script| t.push_str(script));
+        SCRIPTS.iter().chain(live.scripts).chain([&MAIN]).for_each(|script| t.push_str(script));
         t.push_str("})();\n</script>\n</body>\n</html>\n");
         Ok(t)
     }
 
-    /// Title, the numbers that most ask for, and the way about the page.
+    /// What changes of the page with the roots, as JSON: data for its scripts, and sections of HTML by their ids.
+    ///
+    /// # Errors
+    /// Where a value cannot be written as JSON.
+    pub fn changing(&self) -> Result<[String; 2]> {
+        let part = |write: &dyn Fn(&mut String)| {
+            let mut t = String::new();
+            write(&mut t);
+            t
+        };
+        let sections = serde_json::json!({
+            "figures": part(&|t| self.figures(t)),
+            "glance": part(&|t| self.glance(t)),
+            "traits": part(&|t| tables::traits(self.traits, self.spread, t)),
+            "corrections": part(&|t| self.corrected(t)),
+            "roots": part(&|t| tables::roots(self.per_root, t)),
+            "provenance": part(&|t| provenance::section(&self.provenance, t)),
+            "sides": self.sides(),
+        });
+        Ok([json_text(&data::of(self))?, json_text(&sections)?])
+    }
+
+    fn glance(&self, t: &mut String) {
+        findings::section(&self.evidence, self.system, self.traits, t);
+    }
+
+    fn corrected(&self, t: &mut String) {
+        if let Some(corrected) = &self.corrections {
+            corrections::section(corrected, self.traits, t);
+        }
+    }
+
+    /// Title, numbers, and the way about the page.
     fn header(&self, t: &mut String) {
-        let value = |name: &str| self.traits.iter().find(|x| x.name == name).map_or(f64::NAN, |x| x.value);
         let _ = write!(
             t,
-            "<header>\n<h1>{}</h1>\n<p class=\"lead\">Root system from {} photographs, reconstructed by rootvox {}</p>\n<dl class=\"figures\">\n",
+            "<header>\n<h1>{}</h1>\n<p class=\"lead\">Root system from {} photographs, reconstructed by rootvox {}</p>\n",
             escape(self.name),
             self.photographs.len(),
             env!("CARGO_PKG_VERSION")
         );
+        self.figures(t);
+        self.navigation(t);
+    }
+
+    /// The numbers that most ask for.
+    fn figures(&self, t: &mut String) {
+        let value = |name: &str| self.traits.iter().find(|x| x.name == name).map_or(f64::NAN, |x| x.value);
+        t.push_str("<dl class=\"figures\" id=\"figures\">\n");
         let mut figure = |term: &str, value: String, unit: &str| {
             let _ = writeln!(t, "<div><dt>{term}</dt><dd>{value}<span class=\"unit\"> {unit}</span></dd></div>");
         };
@@ -157,7 +243,12 @@ impl Page<'_> {
         if let Some(f1) = self.evidence.roots_score.and_then(|s| s.f1(1.0)) {
             figure("F1 within 1 mm", format!("{f1:.3}"), "");
         }
-        t.push_str("</dl>\n<nav aria-label=\"Sections\"><ul>\n");
+        t.push_str("</dl>\n");
+    }
+
+    /// The way about the page.
+    fn navigation(&self, t: &mut String) {
+        t.push_str("<nav aria-label=\"Sections\"><ul>\n");
         for (id, title) in [
             ("glance", "At a glance"),
             ("space", "Roots in 3D"),
@@ -173,16 +264,18 @@ impl Page<'_> {
     }
 
     /// The view in space with its panel, and what stands for it on paper.
-    fn space(&self, t: &mut String) {
+    fn space(&self, panel: &str, t: &mut String) {
         let options: String = self
             .system
             .roots
             .iter()
             .map(|r| format!("<option value=\"{0}\">Root {0}, order {1}</option>", r.root.id, r.root.order))
             .collect();
-        t.push_str(
-            &SPACE.replace("{options}", &options).replace("{sides}", &projection::sides(self.tank, self.system)),
-        );
+        t.push_str(&SPACE.replace("{options}", &options).replace("{panel}", panel).replace("{sides}", &self.sides()));
+    }
+
+    fn sides(&self) -> String {
+        projection::sides(self.tank, self.system)
     }
 }
 

@@ -24,22 +24,27 @@ use super::strand::{End, Strand};
 use crate::optics::Vec3;
 use cut::{Cut, Links, Meeting, SegmentEnd, cut};
 use pairing::{Pairing, cheapest};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Ways at one crossing beyond which no pairing is sought.
 const MOST_WAYS: usize = 10;
 
 /// How ways are paired where roots cross.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CrossingParams {
     /// Length over which a way's direction is taken, mm, 1 to 20.
+    #[schemars(range(min = 1.0, max = 20.0))]
     pub baseline_mm: f64,
     /// Largest bend of a root across a crossing, degrees, 0 to 90; 0 leaves every crossing as it is.
+    #[schemars(range(min = 0.0, max = 90.0))]
     pub angle_deg: f64,
     /// Standard deviation of a root's bend across a crossing, degrees, 1 to 90.
+    #[schemars(range(min = 1.0, max = 90.0))]
     pub bend_deg: f64,
     /// What a way costs that begins or ends at a crossing; a bend of one standard deviation costs 0.5.
+    #[schemars(range(min = 0.0))]
     pub alone: f64,
 }
 

@@ -34,38 +34,50 @@ use super::system::{RootSystem, TracedRoot};
 use super::trace::Pieces;
 use crate::error::{Error, Result};
 use crate::optics::Vec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How roots are told apart.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HierarchyParams {
     /// A piece is a root when at least this share of the photographs that look at it unhindered show one, 0 to 1; a root
     /// ends where so many show it last.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub shown: f64,
     /// A root without laterals stays when the photographs that measure it are on average at least this share of those that
     /// measure the plant's roots in the median, 0 to 1; points that none measures count as 0, the way from the parent too.
     /// What only few see past other roots may be their chance meeting.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub seen: f64,
     /// Hanging on what is hidden above costs as much as a tie of this cost, mm, 0 to 100; below `by_body_mm` more.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub unseen_mm: f64,
     /// Hanging by an end as thick as the other one costs as much as a tie of this cost, mm, 0 to 100; by an end that is
     /// thicker less, since roots taper towards their tips.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub taper_mm: f64,
     /// Hanging on a root as thick as the piece costs as much as a tie of this cost, mm, 0 to 100; on a thinner one more, on a
     /// thicker one less.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub thicker_mm: f64,
     /// Hanging by the body instead of an own end costs as much as a tie of this cost, mm, 0 to 100.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub by_body_mm: f64,
     /// Standard deviation of the base root's direction against straight down, degrees, 1 to 90: it grows downwards.
+    #[schemars(range(min = 1.0, max = 90.0))]
     pub down_deg: f64,
     /// Standard deviation of a root's own bends over `trace.smooth_mm`, degrees, 1 to 90.
+    #[schemars(range(min = 1.0, max = 90.0))]
     pub bend_deg: f64,
     /// Standard deviation of the logarithm of a root's thickness along it, as measured, 0.01 to 2.
+    #[schemars(range(min = 0.01, max = 2.0))]
     pub thinner: f64,
     /// Shortest piece that hangs on nothing, mm.
+    #[schemars(range(min = 0.0))]
     pub speck_mm: f64,
     /// Shortest lateral beyond its parent's surface, in radii of the parent, 0 to 20 (and no shorter than a link).
+    #[schemars(range(min = 0.0, max = 20.0))]
     pub spur_radii: f64,
 }
 

@@ -19,6 +19,7 @@ const drawRest = () => {
   document.body.classList.add("no-webgl");
   return ready();
 };
+if (typeof tieLive === "function") tieLive();
 sketchSpace();
 // Once the page is painted; a page in the background is drawn when somebody looks.
 requestAnimationFrame(() => setTimeout(drawRest));

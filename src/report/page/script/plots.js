@@ -17,10 +17,11 @@ function plot(id, traces, more, label, columns, rows) {
   place.setAttribute("role", "img");
   place.setAttribute("aria-label", label);
   startLibrary();
-  Plotly.newPlot(place, traces, { ...PLOT, ...more }, { displayModeBar: false, responsive: true });
+  Plotly.react(place, traces, { ...PLOT, ...more }, { displayModeBar: false, responsive: true });
   const cell = (name, text) => make(name, name === "th" ? { scope: "col" } : {}, String(text));
   const head = make("thead", {}, make("tr", {}, ...columns.map((column) => cell("th", column))));
   const body = make("tbody", {}, ...rows.map((row) => make("tr", {}, ...row.map((value) => cell("td", value)))));
+  if (place.nextElementSibling) place.nextElementSibling.remove();
   place.after(make("details", {}, make("summary", {}, "Numbers"), make("table", {}, head, body)));
 }
 
@@ -70,17 +71,20 @@ function plotDepth() {
   ["Depth, mm", "Length, mm", "Tips"], from.map((a, k) => [`${a}–${to[k]}`, length[k].toFixed(1), tips[k]]));
 }
 
+const draws = { "plot-diameter": plotDiameters, "plot-order": plotOrders, "plot-angle": plotAngles, "plot-depth": plotDepth };
+const drawnPlots = new Set();
+
+function drawPlot(id) {
+  drawnPlots.add(id);
+  if (!data.roots.length) $(id).textContent = "No root was traced.";
+  else draws[id]();
+}
+
 // Each is drawn when it comes near, all of them for paper.
 function tiePlots() {
-  const draws = { "plot-diameter": plotDiameters, "plot-order": plotOrders, "plot-angle": plotAngles, "plot-depth": plotDepth };
-  const draw = (id) => {
-    if (!data.roots.length) $(id).textContent = "No root was traced.";
-    else if (draws[id]) draws[id]();
-    delete draws[id];
-  };
   const seen = new IntersectionObserver((entries) => {
-    for (const entry of entries) if (entry.isIntersecting) draw(entry.target.id), seen.unobserve(entry.target);
+    for (const entry of entries) if (entry.isIntersecting) drawPlot(entry.target.id), seen.unobserve(entry.target);
   }, { rootMargin: "400px" });
   Object.keys(draws).forEach((id) => seen.observe($(id)));
-  addEventListener("beforeprint", () => Object.keys(draws).forEach(draw));
+  addEventListener("beforeprint", () => Object.keys(draws).filter((id) => !drawnPlots.has(id)).forEach(drawPlot));
 }

@@ -58,8 +58,7 @@ function showChosen() {
   body.prepend(title);
 }
 
-function tieRoots() {
-  $("choose").addEventListener("change", (event) => choose(event.target.value === "" ? null : Number(event.target.value)));
+function tieTable() {
   const table = $("root-table"), tbody = table.tBodies[0];
   tbody.addEventListener("click", (event) => {
     const button = event.target.closest("[data-choose]");
@@ -83,6 +82,11 @@ function tieRoots() {
     rows.sort(([a], [b]) => Number.isNaN(a) - Number.isNaN(b) || (down ? b - a : a - b) || 0);
     tbody.append(...rows.map(([, row]) => row));
   });
+}
+
+function tieRoots() {
+  $("choose").addEventListener("change", (event) => choose(event.target.value === "" ? null : Number(event.target.value)));
+  tieTable();
   onChange((what) => what.includes("chosen") && showChosen());
   onChange((what) => what.includes("colour") && state.chosen !== null && showChosen());
 }

@@ -3,7 +3,9 @@ const MANY_POINTS = 12000;
 const sides = data.roots.reduce((sum, root) => sum + root.d.length, 0) > MANY_POINTS ? 4 : 6;
 const HOME = { eye: { x: 0.02, y: -2.05, z: 0.38 }, center: { x: 0, y: 0, z: 0 }, up: { x: 0, y: 0, z: 1 } };
 const TOP = { eye: { x: 0, y: -0.01, z: 2.2 }, center: { x: 0, y: 0, z: 0 }, up: { x: 0, y: 0, z: 1 } };
+// A live page adds its own traces after these.
 const TRACE = { roots: 0, tank: 1, repairs: 2, chosen: 3 };
+const moreTraces = [];
 let mesh = emptyMesh(), line = null, under = null, drawn = false;
 const scene = $("view3d");
 
@@ -68,14 +70,14 @@ function chosenTrace() {
   return { type: "mesh3d", x, y, z, i, j, k, color: "#ffffff", hoverinfo: "skip", lighting: { ambient: 1, diffuse: 0 }, visible: Boolean(root) };
 }
 
-const traces = () => [rootsTrace(), tankTrace(), repairsTrace(), chosenTrace()];
+const traces = () => [rootsTrace(), tankTrace(), repairsTrace(), chosenTrace(), ...moreTraces.map((trace) => trace())];
 // Ticks and titles that nobody sees would still be cut into triangles, which takes half a second.
 const BARE = { visible: false, showspikes: false, title: { text: "" }, tickmode: "array", tickvals: [], ticktext: [] };
 const layout = () => ({
   margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", showlegend: false, hovermode: "closest", uirevision: "kept",
   font: { family: "system-ui, sans-serif" },
   scene: {
-    aspectmode: "data", dragmode: "orbit", camera: HOME, bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
+    aspectmode: "data", dragmode: "orbit", camera: state.camera || HOME, bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
     xaxis: BARE, yaxis: BARE, zaxis: BARE,
     annotations: depthMarks(),
   },
@@ -173,8 +175,8 @@ function tieSpace() {
     drawLegend();
     if (!drawn) return;
     const fresh = traces(), old = scene.data, now = layout();
-    const kept = what.includes("chosen") && what.length === 1;
     // The roots themselves are the costly part: left alone where nothing of them changed.
-    Plotly.react(scene, fresh.map((trace, n) => (kept && n !== TRACE.chosen ? old[n] : trace)), { ...now, scene: { ...now.scene, camera: scene.layout.scene.camera, dragmode: scene.layout.scene.dragmode } });
+    const only = what.length === 1 ? TRACE[what[0]] : undefined;
+    Plotly.react(scene, fresh.map((trace, n) => (only !== undefined && n !== only ? old[n] : trace)), { ...now, scene: { ...now.scene, camera: scene.layout.scene.camera, dragmode: scene.layout.scene.dragmode } });
   });
 }

@@ -2,7 +2,7 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const $ = (id) => document.getElementById(id);
 const rootOf = new Map(data.roots.map((root) => [root.id, root]));
-const state = { chosen: null, colour: "order", shape: "tubes", tank: true };
+const state = { chosen: null, colour: "order", shape: "tubes", tank: true, camera: null };
 const watchers = [];
 const onChange = (watcher) => watchers.push(watcher);
 

@@ -1,6 +1,6 @@
 // One photograph large: roots on and off, and a slider between the bare photograph and the drawn one.
 const viewer = $("viewer");
-let shown = 0;
+let shown = 0, viewerImage = pictureOf;
 
 function openViewer(n) {
   shown = n;
@@ -10,7 +10,7 @@ function openViewer(n) {
 
 function drawViewer() {
   const view = data.views[shown], picture = $("viewer-picture");
-  const image = make("img", { src: pictureOf(shown), alt: `Photograph ${view.name} of the tank, from ${view.from} degrees` });
+  const image = make("img", { src: viewerImage(shown), alt: `Photograph ${view.name} of the tank, from ${view.from} degrees` });
   const svg = overlayOf(view, 2), handle = make("div", { class: "handle" });
   svg.querySelectorAll("path").forEach((path) => {
     const root = rootOf.get(Number(path.dataset.root));

@@ -1,0 +1,202 @@
+// Opens `rootvox view` in a browser and uses it. Arguments: the browser, the program, a study file, a folder for its store and pictures.
+import { spawn } from "node:child_process";
+import { copyFileSync, mkdirSync, readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { join, resolve } from "node:path";
+import { chromium } from "playwright-core";
+
+const [executablePath, program, study, folder, ...more] = process.argv.slice(2);
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+mkdirSync(folder, { recursive: true });
+const copy = join(folder, "study.toml");
+copyFileSync(study, copy);
+
+let passed = 0, failed = 0;
+async function test(name, body) {
+  try {
+    const said = await body();
+    passed++;
+    console.log(`ok: ${name}${said ? ` (${said})` : ""}`);
+  } catch (error) {
+    failed++;
+    console.log(`FAILED: ${name}: ${error.message}`);
+  }
+}
+function check(holds, message) {
+  if (!holds) throw new Error(message);
+}
+
+const server = spawn(resolve(program), ["view", copy, "--no-open", ...more], { env: { ROOTVOX_CACHE: join(folder, "cache"), ...process.env }, stdio: ["ignore", "pipe", "inherit"] });
+const address = await new Promise((found, lost) => {
+  server.stdout.once("data", (text) => found(String(text).trim()));
+  server.once("exit", (code) => lost(new Error(`rootvox view ended with ${code}`)));
+});
+const flags = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
+const drawing = ["--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+const browser = await chromium.launch({ executablePath, headless: true, args: [...flags, ...drawing] });
+
+async function open(where = address, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, ...options });
+  const page = await context.newPage();
+  page.faults = [];
+  page.asked = [];
+  page.on("console", (message) => message.type() === "error" && page.faults.push(message.text()));
+  page.on("pageerror", (error) => page.faults.push(error.message));
+  page.on("request", (request) => page.asked.push(request.url()));
+  await page.goto(where);
+  await page.waitForSelector("html[data-ready=yes]", { timeout: 60000 });
+  await page.waitForFunction(() => document.querySelectorAll("#fields .field").length > 20);
+  return page;
+}
+
+const told = (page) => page.textContent("#voxels-told");
+const shown = (page) => page.evaluate(() => Number(document.documentElement.dataset.shown || 0));
+// Moves a slider and waits until the root voxels of that change are drawn; hands back how long it took, ms.
+async function slide(page, name, value) {
+  const before = await shown(page);
+  await page.locator(`input[type=range][aria-label="${name}"]`).evaluate((input, value) => {
+    input.value = value;
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  }, value);
+  await page.waitForFunction((before) => Number(document.documentElement.dataset.shown || 0) > before, before, { timeout: 120000 });
+  return page.evaluate(() => Number(document.documentElement.dataset.took));
+}
+// Waits until all that was asked for is there.
+async function ended(page) {
+  await page.waitForTimeout(300);
+  await page.waitForFunction(() => document.documentElement.dataset.ended === document.documentElement.dataset.asked, null, { timeout: 120000 });
+}
+
+const page = await open();
+await test("every setting has a slider or a list, its help, and its default", async () => {
+  const fields = await page.locator("#fields .field").count();
+  const about = await page.locator("#fields [role=tooltip]").evaluateAll((all) => all.filter((one) => one.textContent.length > 10).length);
+  check(about === fields, `${about} of ${fields} have help`);
+  const term = page.locator("#fields .term").first();
+  await term.focus();
+  check(await page.locator(`[id="${await term.getAttribute("aria-describedby")}"]`).isVisible(), "focus shows no help");
+  return `${fields} settings`;
+});
+await test("a slider on extract.high shows other root voxels, twenty times", async () => {
+  const times = [];
+  await slide(page, "extract.high", 1.5);
+  await ended(page);
+  // High and low in turn, so that every change gives others; none of them was computed before.
+  for (let n = 0; n < 20; n++) {
+    const before = await told(page);
+    times.push(await slide(page, "extract.high", (n % 2 ? 0.8 + 0.02 * n : 2.1 + 0.02 * n).toFixed(2)));
+    check((await told(page)) !== before, `${before} as before`);
+    await ended(page);
+  }
+  times.sort((a, b) => a - b);
+  return `from the event to the drawn voxels: median ${(times[9] + times[10]) / 2} ms, ${times[0]} to ${times[19]} ms`;
+});
+await test("of ten changes in a second the last is shown", async () => {
+  for (let n = 0; n < 10; n++) {
+    await page.locator('input[type=range][aria-label="extract.high"]').evaluate((input, value) => {
+      input.value = value;
+      input.dispatchEvent(new Event("input", { bubbles: true }));
+    }, (2 + 0.1 * n).toFixed(1));
+    await page.waitForTimeout(90);
+  }
+  await ended(page);
+  check(page.url().includes("extract.high=2.9"), `the address is ${page.url()}`);
+  const now = await told(page), again = await open(page.url());
+  await ended(again);
+  check((await told(again)) === now, `the address shows ${await told(again)}, not ${now}`);
+  check((await again.inputValue('input[type=range][aria-label="extract.high"]')) === "2.9", "the slider does not follow the address");
+  check((await again.inputValue("#shape")) === "voxels", "the way to draw does not follow the address");
+  await again.context().close();
+});
+await test("tracing gives new roots in the view, the tables, the numbers and on photographs", async () => {
+  const rows = () => page.locator("#root-table tbody tr").count();
+  const before = [await rows(), await page.textContent("#figures")];
+  await page.evaluate(() => document.querySelectorAll("#fields details").forEach((fold) => (fold.open = true)));
+  await slide(page, "trace.high", 2);
+  await ended(page);
+  const after = [await rows(), await page.textContent("#figures")];
+  check(after[0] !== before[0] && after[1] !== before[1], `${before} and ${after}`);
+  check((await page.locator("#choose option").count()) === after[0] + 1, "the list of roots is another");
+  check((await page.inputValue("#shape")) === "tubes", "the roots are not drawn");
+  await page.locator(".gallery .photo").first().click();
+  const lines = await page.locator("#viewer-picture svg.lines path").count();
+  check(lines > 0 && lines <= after[0], `${lines} lines on the photograph`);
+  const bare = await page.getAttribute("#viewer-picture img", "src");
+  await page.check("#viewer-voxels");
+  const picture = page.locator("#viewer-picture img");
+  check((await picture.getAttribute("src")) !== bare, "the photograph with root voxels is the bare one");
+  await picture.evaluate((img) => img.decode());
+  await page.keyboard.press("Escape");
+});
+await test("slices by any plane have the roots drawn in", async () => {
+  await page.locator("#slices").scrollIntoViewIfNeeded();
+  await page.waitForSelector("#slice img");
+  const first = await page.getAttribute("#slice img", "src");
+  await page.click("[data-plane='0,90']");
+  await page.waitForFunction((first) => document.querySelector("#slice img").src !== first, first);
+  await page.locator("#slice-tilt").fill("63");
+  await page.locator("#slice-at").fill("3");
+  await page.waitForFunction(() => /[1-9]\d* of \d+ roots are cut/.test(document.querySelector("#slice-told").textContent));
+  check((await page.locator("#slice svg > *").count()) > 0, "no root is drawn in");
+});
+await test("keep writes the study file, undo takes it back", async () => {
+  const before = readFileSync(copy, "utf8");
+  await page.click("#keep");
+  await page.waitForFunction(() => !document.getElementById("undo").disabled);
+  const kept = readFileSync(copy, "utf8");
+  check(kept.includes("high = 2.9") && kept.includes(before.split("\n")[0]), kept);
+  await page.waitForFunction(() => document.getElementById("keep").disabled);
+  await page.click("#undo");
+  await page.waitForFunction(() => !document.getElementById("keep").disabled);
+  check(readFileSync(copy, "utf8") === before, "the file is another");
+});
+await test("a fault of the settings is told, and the next change computes", async () => {
+  await slide(page, "extract.low", 2.95).catch(() => {});
+  await page.locator('input[type=range][aria-label="extract.high"]').evaluate((input) => {
+    input.value = 0.5;
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+  await page.waitForFunction(() => document.querySelector("#status.fault") !== null, null, { timeout: 60000 });
+  check((await page.textContent("#status")).includes("extract.low"), await page.textContent("#status"));
+  await page.click("#reset");
+  await page.waitForFunction(() => document.querySelector("#status").textContent === "As the study file says.", null, { timeout: 60000 });
+});
+await test("no fault is told, and nothing is asked for outside the server", async () => {
+  check(page.faults.length === 0, page.faults.join("; "));
+  const strange = page.asked.filter((url) => !url.startsWith(address) && !/^(data|blob):/.test(url));
+  check(strange.length === 0, strange.join(", "));
+});
+for (const [name, options] of [
+  ["1440-light", { colorScheme: "light" }],
+  ["1440-dark", { colorScheme: "dark" }],
+  ["390-light", { colorScheme: "light", viewport: { width: 390, height: 844 }, hasTouch: true }],
+  ["390-dark", { colorScheme: "dark", viewport: { width: 390, height: 844 }, hasTouch: true }],
+]) {
+  await test(`axe-core finds no serious fault at ${name}`, async () => {
+    const page = await open(address, options);
+    await page.locator("#slices").scrollIntoViewIfNeeded();
+    await page.waitForSelector("#slice img");
+    await page.screenshot({ path: join(folder, `slices-${name}.png`) });
+    await page.locator("#space").scrollIntoViewIfNeeded();
+    await page.evaluate(() => document.getElementById("space").scrollIntoView());
+    await page.waitForTimeout(300);
+    await page.screenshot({ path: join(folder, `space-${name}.png`) });
+    for (const fold of await page.locator("details").all()) await fold.evaluate((details) => (details.open = true));
+    await page.evaluate(axe);
+    const found = (await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }))).violations;
+    const serious = found.filter((fault) => ["serious", "critical"].includes(fault.impact));
+    const lines = serious.map((fault) => `${fault.id} (${fault.nodes.slice(0, 3).map((node) => node.target.join(" ")).join(", ")})`);
+    check(serious.length === 0, lines.join("; "));
+    const [width, wanted] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+    check(width <= wanted, `the page is ${width} px wide`);
+    await page.context().close();
+  });
+}
+await browser.close();
+await test("Ctrl-C ends it", async () => {
+  const ended = new Promise((done) => server.once("exit", done));
+  server.kill("SIGINT");
+  check((await ended) === 0, "it ends with an error");
+});
+console.log(`${passed} passed, ${failed} failed`);
+process.exit(failed ? 1 : 0);
