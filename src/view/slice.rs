@@ -70,7 +70,7 @@ pub fn slice(session: &Session, asked: &Asked) -> Result<Value> {
 /// The volume's values (row, column, channel) in the plane; NaN is unknown. Only the slabs that it meets are read.
 fn values(artefact: &Artefact, name: &str, plane: &Plane, grid: &Grid) -> Result<Array3<f32>> {
     let volume = artefact.array::<f32>(name)?;
-    let channels = volume.shape().get(3).map_or(1, |&channels| channels as usize);
+    let channels = volume.shape().get(3).copied().unwrap_or(1);
     let [rows, columns] = plane.size_px;
     let mut values = Array3::from_elem((rows, columns, channels), f32::NAN);
     let mut pixels: Vec<([usize; 3], [usize; 2])> = (0..rows)
