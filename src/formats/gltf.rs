@@ -23,7 +23,7 @@ pub fn write(roots: &[Root], sides: usize, colour: impl Fn(&Root) -> [u8; 3]) ->
 /// A day that is not to be seen is scaled to nothing, as the format advises (glTF 2.0, 3.11).
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_days(days: &[(f64, Vec<Root>)], sides: usize, colour: impl Fn(&Root) -> [u8; 3]) -> Result<Vec<u8>> {
     let mut file = File::default();
     let mut of_days = Vec::new();

@@ -1,11 +1,11 @@
 //! A study, looked at and changed in a browser: the report's page, live, served on this machine alone.
 //!
 //! - **Page**: the report's own ([`crate::report::page`]) with a panel of settings and a section of slices; `page/` holds what is added.
-//! - **Changes** ([`session`]): the page asks for settings, the engine computes what they touch in the order in which it is looked
+//! - **Changes** (`session.rs`): the page asks for settings, the engine computes what they touch in the order in which it is looked
 //!   at (root voxels, roots and traits, roots on photographs), and each is told to all open pages as it is there. A
 //!   newer change cancels the one before. What finished is in the store, as after any run.
-//! - **Keeping** ([`keeper`]): settings are written into the study file, whose comments and order stay; undo puts the text back.
-//! - **Guard** ([`guard`]): only this machine's addresses are served, to those who know the token; what a foreign page asks for is
+//! - **Keeping** (`keeper.rs`): settings are written into the study file, whose comments and order stay; undo puts the text back.
+//! - **Guard** (`guard.rs`): only this machine's addresses are served, to those who know the token; what a foreign page asks for is
 //!   refused; bodies are small; no file is served by its path.
 
 mod fields;
