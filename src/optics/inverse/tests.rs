@@ -156,7 +156,7 @@ fn is_at_an_edge(tank: &Tank, seen: &Projection) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, max_global_rejects: 100_000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 16, max_global_rejects: 100_000, ..ProptestConfig::default() })]
 
     /// Stacks give what single points give, whichever planes are asked for.
     #[test]
