@@ -32,3 +32,4 @@ pub use growth::{AgeParams, GrowthParams, LateralParams, MainParams, Preset, age
 pub use misjudge::{MisjudgeParams, misjudged};
 pub use room::RoomParams;
 pub use scene::Scene;
+pub use sway::swayed;
