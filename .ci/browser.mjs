@@ -1,38 +1,15 @@
 // Opens report.html in a browser and uses it. Arguments: the browser, the results folder.
 import { copyFileSync, existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
-import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
-import { chromium } from "playwright-core";
+import { check, checkAccess, drawing, end, recorded, start, test } from "./harness.mjs";
 
 const [executablePath, results] = process.argv.slice(2);
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 // Alone in a folder, as on a memory stick.
 const folder = mkdtempSync(join(tmpdir(), "report-"));
 copyFileSync(join(results, "report.html"), join(folder, "report.html"));
 const address = pathToFileURL(join(folder, "report.html")).href;
-
-const flags = [
-  "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
-];
-const drawing = ["--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
-const launch = (more) => chromium.launch({ executablePath, headless: true, args: [...flags, ...more] });
-
-let passed = 0, failed = 0;
-async function test(name, body) {
-  try {
-    const said = await body();
-    passed++;
-    console.log(`ok: ${name}${said ? ` (${said})` : ""}`);
-  } catch (error) {
-    failed++;
-    console.log(`FAILED: ${name}: ${error.message}`);
-  }
-}
-function check(holds, message) {
-  if (!holds) throw new Error(message);
-}
 
 function csv(name) {
   const [head, ...rows] = readFileSync(join(results, name), "utf8").trim().split("\n").map((line) => line.split(","));
@@ -40,16 +17,8 @@ function csv(name) {
 }
 const perRoot = csv("per_root.csv");
 
-// A page with a record of what went wrong and of all it asked for.
 async function open(browser, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, ...options });
-  const page = await context.newPage();
-  page.faults = [];
-  page.asked = [];
-  page.on("console", (message) => message.type() === "error" && page.faults.push(message.text()));
-  page.on("pageerror", (error) => page.faults.push(error.message));
-  page.on("request", (request) => page.asked.push(request.url()));
-  page.on("websocket", (socket) => page.asked.push(socket.url()));
+  const page = await recorded(browser, options);
   // Whether a frame with the roots in it comes before plotly.js starts.
   if (options.javaScriptEnabled !== false) {
     await page.addInitScript(() => {
@@ -84,7 +53,7 @@ async function panelShows(page, id) {
   }
 }
 
-const browser = await launch(drawing);
+const browser = await start(executablePath, drawing);
 const begun = Date.now();
 const page = await open(browser);
 const opened = Date.now() - begun;
@@ -208,17 +177,7 @@ for (const [name, options] of [
   await test(`axe-core finds no serious fault at ${name}`, async () => {
     const page = await open(browser, options);
     await page.selectOption("#choose", perRoot[0].root_id);
-    for (const fold of await page.locator("details").all()) await fold.evaluate((details) => (details.open = true));
-    await page.evaluate(axe);
-    const look = () => page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
-    const found = (await look()).violations;
-    await page.locator(".gallery .photo").first().click();
-    found.push(...(await look()).violations);
-    const serious = found.filter((fault) => ["serious", "critical"].includes(fault.impact));
-    const lines = serious.map((fault) => `${fault.id} (${fault.nodes.slice(0, 3).map((node) => node.target.join(" ")).join(", ")})`);
-    check(serious.length === 0, lines.join("; "));
-    const [width, wanted] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
-    check(width <= wanted, `the page is ${width} px wide`);
+    await checkAccess(page, () => page.locator(".gallery .photo").first().click());
     await page.context().close();
   });
 }
@@ -229,7 +188,7 @@ await test("without scripts traits, photographs and drawings of the roots are th
 });
 await browser.close();
 
-const plain = await launch(["--disable-gpu", "--disable-3d-apis"]);
+const plain = await start(executablePath, ["--disable-gpu", "--disable-3d-apis"]);
 await test("without WebGL drawings stand in for the view in space", async () => {
   const page = await open(plain);
   check(await page.locator("#space .paper svg").first().isVisible(), "there are none");
@@ -241,5 +200,4 @@ await plain.close();
 rmSync(folder, { recursive: true });
 
 console.log(`opened in ${(opened / 1000).toFixed(1)} s on this machine, ${(readFileSync(join(results, "report.html")).length / 1e6).toFixed(1)} MB`);
-console.log(`${passed} passed, ${failed} failed`);
-process.exit(failed ? 1 : 0);
+end();

@@ -1,48 +1,24 @@
 // Opens `rootvox view` in a browser and uses it. Arguments: the browser, the program, a study file, a folder for its store and pictures.
 import { spawn } from "node:child_process";
 import { copyFileSync, mkdirSync, readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join, resolve } from "node:path";
-import { chromium } from "playwright-core";
+import { check, checkAccess, drawing, end, recorded, start, test } from "./harness.mjs";
 
 const [executablePath, program, study, folder, ...more] = process.argv.slice(2);
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 mkdirSync(folder, { recursive: true });
 const copy = join(folder, "study.toml");
 copyFileSync(study, copy);
-
-let passed = 0, failed = 0;
-async function test(name, body) {
-  try {
-    const said = await body();
-    passed++;
-    console.log(`ok: ${name}${said ? ` (${said})` : ""}`);
-  } catch (error) {
-    failed++;
-    console.log(`FAILED: ${name}: ${error.message}`);
-  }
-}
-function check(holds, message) {
-  if (!holds) throw new Error(message);
-}
 
 const server = spawn(resolve(program), ["view", copy, "--no-open", ...more], { env: { ROOTVOX_CACHE: join(folder, "cache"), ...process.env }, stdio: ["ignore", "pipe", "inherit"] });
 const address = await new Promise((found, lost) => {
   server.stdout.once("data", (text) => found(String(text).trim()));
   server.once("exit", (code) => lost(new Error(`rootvox view ended with ${code}`)));
 });
-const flags = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
-const drawing = ["--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
-const browser = await chromium.launch({ executablePath, headless: true, args: [...flags, ...drawing] });
+process.on("exit", () => server.kill());
+const browser = await start(executablePath, drawing);
 
 async function open(where = address, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, ...options });
-  const page = await context.newPage();
-  page.faults = [];
-  page.asked = [];
-  page.on("console", (message) => message.type() === "error" && page.faults.push(message.text()));
-  page.on("pageerror", (error) => page.faults.push(error.message));
-  page.on("request", (request) => page.asked.push(request.url()));
+  const page = await recorded(browser, options);
   await page.goto(where);
   await page.waitForSelector("html[data-ready=yes]", { timeout: 60000 });
   await page.waitForFunction(() => document.querySelectorAll("#fields .field").length > 20);
@@ -181,14 +157,7 @@ for (const [name, options] of [
     await page.evaluate(() => document.getElementById("space").scrollIntoView());
     await page.waitForTimeout(300);
     await page.screenshot({ path: join(folder, `space-${name}.png`) });
-    for (const fold of await page.locator("details").all()) await fold.evaluate((details) => (details.open = true));
-    await page.evaluate(axe);
-    const found = (await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }))).violations;
-    const serious = found.filter((fault) => ["serious", "critical"].includes(fault.impact));
-    const lines = serious.map((fault) => `${fault.id} (${fault.nodes.slice(0, 3).map((node) => node.target.join(" ")).join(", ")})`);
-    check(serious.length === 0, lines.join("; "));
-    const [width, wanted] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
-    check(width <= wanted, `the page is ${width} px wide`);
+    await checkAccess(page);
     await page.context().close();
   });
 }
@@ -198,5 +167,4 @@ await test("Ctrl-C ends it", async () => {
   server.kill("SIGINT");
   check((await ended) === 0, "it ends with an error");
 });
-console.log(`${passed} passed, ${failed} failed`);
-process.exit(failed ? 1 : 0);
+end();

@@ -202,10 +202,8 @@ fn stamp(path: &Path) -> Stamp {
 
 fn read(path: &Path) -> Result<Read> {
     let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
-    let label = path.display().to_string();
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let told = Told { name, ..Told::of(&bytes, &label)? };
-    let picture = photo::decode(&bytes, &label)?.into_picture();
+    let told = Told::of(&bytes, path)?;
+    let picture = photo::decode(&bytes, &path.display().to_string())?.into_picture();
     let glance = Glance::at(&picture);
     // Every so many pixels, and their means: a large photograph is not averaged whole.
     let step = (picture.dim().1.max(picture.dim().0) / (3 * THUMBNAIL_PX)).max(1);

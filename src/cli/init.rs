@@ -147,11 +147,10 @@ fn belt(text: &str) -> std::result::Result<[f64; 2], String> {
 /// What a photograph says, and its focal length, px, where the camera told it.
 fn tell(path: &Path) -> Result<(Told, Option<f64>)> {
     let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
-    let told = Told::of(&bytes, &path.display().to_string())?;
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let told = Told::of(&bytes, path)?;
     let (width, height) = told.head.size;
     let focal_px = Metadata::of(&bytes).and_then(|metadata| metadata.focal_px(width, height));
-    Ok((Told { name, ..told }, focal_px))
+    Ok((told, focal_px))
 }
 
 /// What the photographs are, in a few words.

@@ -8,7 +8,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::event::Event;
 use super::found::{self, Found};
 use super::graph::{Graph, Kind, NodeId};
-use super::key::key;
 use super::remaining::experience;
 use super::urgency;
 use crate::error::{Error, Result};
@@ -317,16 +316,11 @@ impl<'a> Schedule<'a> {
         if !node.inputs().any(|input| self.graph.nodes[input].is_virtual()) {
             return self.slots[n].key.or_else(|| self.key_of(n).ok());
         }
-        let Kind::Stage { work, params, .. } = &node.kind else { return None };
-        let mut ports = Vec::new();
-        for (port, inputs) in &node.ports {
-            let of_input = |input: &NodeId| match self.graph.nodes[input.0].is_virtual() {
-                true => self.work_name(input.0),
-                false => self.slots[input.0].digest,
-            };
-            ports.push((port.as_str(), inputs.iter().map(of_input).collect::<Option<Vec<Digest>>>()?));
-        }
-        Some(key(work.name(), work.version(), params.as_ref().ok()?, &ports))
+        let of_input = |input: usize| match self.graph.nodes[input].is_virtual() {
+            true => self.work_name(input),
+            false => self.slots[input].digest,
+        };
+        found::key_of(self.graph, n, of_input).ok().flatten()
     }
 
     /// Looks whether other processes learned the digests of what node `n` would stream, and with them its key.

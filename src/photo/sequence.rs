@@ -4,6 +4,7 @@ use super::decode::{Head, head};
 use super::metadata::{Metadata, Moment};
 use crate::error::Result;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// What one photograph says.
 #[derive(Debug, Clone)]
@@ -17,13 +18,14 @@ pub struct Told {
 }
 
 impl Told {
-    /// What the photograph `name` says.
+    /// What the photograph at `path`, whose last part is its name, says.
     ///
     /// # Errors
     /// Where its head cannot be read.
-    pub fn of(bytes: &[u8], name: &str) -> Result<Self> {
+    pub fn of(bytes: &[u8], path: &Path) -> Result<Self> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let taken = Metadata::of(bytes).and_then(|metadata| metadata.taken());
-        Ok(Self { name: name.to_owned(), head: head(bytes, name)?, taken })
+        Ok(Self { name, head: head(bytes, &path.display().to_string())?, taken })
     }
 }
 

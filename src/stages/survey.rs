@@ -32,7 +32,7 @@ impl Stage for Survey {
             progress.check()?;
             let bytes = file.bytes("file")?;
             // What cannot be read is complained of where its pixels are wanted.
-            all.extend(Told::of(&bytes, name));
+            all.extend(Told::of(&bytes, name.as_ref()));
             progress.advance(1);
         }
         doubts(&all, self.has_camera_file).into_iter().for_each(|doubt| output.warn(doubt));

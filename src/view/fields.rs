@@ -6,7 +6,7 @@ use crate::study::document::Resolved;
 use crate::volume::hysteresis::Hysteresis;
 use schemars::{JsonSchema, schema_for};
 use serde::Serialize;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
 /// Settings laid over a study's, by `section.key`: numbers, truth values or words.
@@ -112,14 +112,10 @@ pub fn overrides(fields: &[Field], changes: &Changes) -> Result<Vec<String>> {
     Ok(set)
 }
 
-/// The fields as the page's script reads them.
-pub fn shown(fields: &[Field]) -> Value {
-    json!(fields)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::json;
 
     #[test]
     fn settings_describe_themselves() {

@@ -78,24 +78,17 @@ fn toml_text(fields: &[Field], name: &str, value: &Value) -> String {
     }
 }
 
-/// Writes a file beside itself and puts it in its place at once, with the rights that it had.
-pub(super) fn replace(path: &Path, text: &str) -> Result<()> {
+/// Puts another text in a file's place at once, with the rights that it has.
+fn replace(path: &Path, text: &str) -> Result<()> {
     let fault = |e: &dyn std::fmt::Display| Error::io("write", path, e);
     // What is behind a link stays behind it.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    let folder = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let target = fs::canonicalize(path).map_err(|e| fault(&e))?;
+    let folder = target.parent().unwrap_or(Path::new("."));
     let mut fresh = tempfile::NamedTempFile::new_in(folder).map_err(|e| fault(&e))?;
     fresh.write_all(text.as_bytes()).map_err(|e| fault(&e))?;
     fresh.as_file().sync_all().map_err(|e| fault(&e))?;
-    if let Ok(had) = fs::metadata(&target) {
-        fs::set_permissions(fresh.path(), had.permissions()).map_err(|e| fault(&e))?;
-    } else {
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            fs::set_permissions(fresh.path(), fs::Permissions::from_mode(0o644)).map_err(|e| fault(&e))?;
-        }
-    }
+    let rights = fs::metadata(&target).map_err(|e| fault(&e))?.permissions();
+    fs::set_permissions(fresh.path(), rights).map_err(|e| fault(&e))?;
     fresh.persist(&target).map(drop).map_err(|e| fault(&e.error))
 }
 

@@ -77,23 +77,15 @@ impl Session {
         let report = machine.run(study.graph(), &targets, cancel, on_event)?;
         let teller = Teller::default();
         teller.tell_text(About::Voxels, work::voxels(0, &report, nodes.extract)?);
-        teller.tell_text(About::Roots, work::roots(0, &opening, &study, &report)?);
-        teller.tell_text(About::Views, work::views(0, &study, &report)?);
+        let (roots, views) = (work::roots(0, &opening, &study, &report)?, work::views(0, &study, &report)?);
+        let have =
+            json!({ About::Roots.name(): roots.digest.to_string(), About::Views.name(): views.digest.to_string() });
+        teller.tell_text(About::Roots, roots.text);
+        teller.tell_text(About::Views, views.text);
         teller.tell(About::File, &file(&fields::values(&fields, &settings.resolved), 0));
-        teller.tell(About::Begun, &work::begun(0, &Changes::new()));
+        teller.tell(About::Begun, &begun(0, &Changes::new()));
         teller.tell(About::Ended, &json!({ "turn": 0 }));
-        let have: Value = teller
-            .listen()
-            .0
-            .into_iter()
-            .filter(|(about, _)| matches!(about, About::Roots | About::Views))
-            .filter_map(|(about, text)| {
-                let message: Value = serde_json::from_str(&text).ok()?;
-                Some((about.name().to_owned(), message["digest"].clone()))
-            })
-            .collect::<serde_json::Map<_, _>>()
-            .into();
-        let live = json!({ "fields": fields::shown(&fields), "readOnly": opening.read_only, "have": have });
+        let live = json!({ "fields": fields, "readOnly": opening.read_only, "have": have });
         let page = study.page(&opening, &report, true, |page| page::Bare::new(page, live))?;
         let wanted = Wanted { turn: 0, changes: Changes::new(), cancel: Arc::default(), is_over: false };
         let keeper = Mutex::new(Keeper::new(&opening.study));
@@ -228,7 +220,7 @@ impl Inner {
             let (number, changes, cancel) = (wanted.turn, wanted.changes.clone(), wanted.cancel.clone());
             drop(wanted);
             done = number;
-            self.teller.tell(About::Begun, &work::begun(number, &changes));
+            self.teller.tell(About::Begun, &begun(number, &changes));
             let turn =
                 Turn { number, opening: &self.opening, machine: &self.machine, teller: &self.teller, cancel: &cancel };
             let ran = fields::overrides(&self.fields, &changes)
@@ -245,6 +237,11 @@ impl Inner {
             }
         }
     }
+}
+
+/// Which changes are computed now.
+fn begun(turn: u64, changes: &Changes) -> Value {
+    json!({ "turn": turn, "changes": changes })
 }
 
 /// The values of the file, and how many times they can be taken back.

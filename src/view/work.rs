@@ -1,6 +1,5 @@
 //! What one turn computes, in the order in which it is looked at.
 
-use super::fields::Changes;
 use super::message::{About, Teller};
 use super::session::Opening;
 use crate::error::{Error, Result};
@@ -145,9 +144,9 @@ impl Turn<'_> {
         let report = self.nodes(study, &[nodes.extract])?;
         self.teller.tell_text(About::Voxels, voxels(self.number, &report, nodes.extract)?);
         let report = self.nodes(study, &study.roots_nodes()?)?;
-        self.teller.tell_text(About::Roots, roots(self.number, self.opening, study, &report)?);
+        self.teller.tell_text(About::Roots, roots(self.number, self.opening, study, &report)?.text);
         let report = self.nodes(study, &study.views_nodes()?)?;
-        self.teller.tell_text(About::Views, views(self.number, study, &report)?);
+        self.teller.tell_text(About::Views, views(self.number, study, &report)?.text);
         Ok(())
     }
 
@@ -165,11 +164,6 @@ impl Turn<'_> {
     }
 }
 
-/// Which changes are computed now.
-pub fn begun(turn: u64, changes: &Changes) -> serde_json::Value {
-    json!({ "turn": turn, "changes": changes })
-}
-
 /// The root voxels: `xyz` is base64 of three f32 (little endian, mm, tank frame) a voxel.
 pub fn voxels(turn: u64, report: &Report, node: NodeId) -> Result<String> {
     let points = extract::read(&report.artefact(node)?)?;
@@ -178,21 +172,30 @@ pub fn voxels(turn: u64, report: &Report, node: NodeId) -> Result<String> {
     Ok(json!({ "turn": turn, "count": points.len(), "pieces": pieces, "xyz": STANDARD.encode(bytes) }).to_string())
 }
 
-/// Roots and traits, with a digest by which a page knows whether it has the roots: words and commands change more often.
-pub fn roots(turn: u64, opening: &Opening, study: &Study, report: &Report) -> Result<String> {
+/// A message whose content changes less often than words and commands beside it: a page that has the digest has the content.
+pub struct Told {
+    /// Of the content.
+    pub digest: Digest,
+    /// The message, JSON.
+    pub text: String,
+}
+
+impl Told {
+    /// With further members of the message, which begin with a comma.
+    fn new(turn: u64, content: &str, more: &str) -> Self {
+        let digest = Digest::of(content.as_bytes());
+        let text = format!("{{\"turn\":{turn},\"digest\":\"{digest}\",\"content\":{content}{more}}}");
+        Self { digest, text }
+    }
+}
+
+/// Roots and traits.
+pub fn roots(turn: u64, opening: &Opening, study: &Study, report: &Report) -> Result<Told> {
     let [data, sections] = study.page(opening, report, false, |page| page.changing())?;
-    let mut text = with_digest(turn, &data);
-    text.truncate(text.len() - 1);
-    text.push_str(&format!(",\"sections\":{sections}}}"));
-    Ok(text)
+    Ok(Told::new(turn, &data, &format!(",\"sections\":{sections}")))
 }
 
-/// The roots on the photographs, as [`roots`].
-pub fn views(turn: u64, study: &Study, report: &Report) -> Result<String> {
-    Ok(with_digest(turn, &changing_views(&page::photographs(study.point(), report)?)?))
-}
-
-fn with_digest(turn: u64, content: &str) -> String {
-    let digest = Digest::of(content.as_bytes());
-    format!("{{\"turn\":{turn},\"digest\":\"{digest}\",\"content\":{content}}}")
+/// The roots on the photographs.
+pub fn views(turn: u64, study: &Study, report: &Report) -> Result<Told> {
+    Ok(Told::new(turn, &changing_views(&page::photographs(study.point(), report)?)?, ""))
 }

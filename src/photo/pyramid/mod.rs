@@ -7,10 +7,10 @@
 //! A bilinear tap among texels of size T blurs, averaged over its position, by T²/4 (box T²/12 and tent
 //! T²/6); a box of side L blurs by L²/12. [`Pyramid::texel_of_box`] therefore takes T = L/√3.
 
-mod gray;
+mod quads;
 
 use super::Picture;
-use gray::Quads;
+use quads::Quads;
 use rayon::prelude::*;
 
 /// A photograph and its halvings.
@@ -53,9 +53,9 @@ impl Pyramid {
         let is_gray = values.chunks_exact(3).all(|rgb| rgb[0] == rgb[1] && rgb[0] == rgb[2]);
         let (height, width, _) = picture.dim();
         let levels = if is_gray {
-            Levels::Gray(quads(picture.dim(), values.chunks_exact(3).map(|rgb| [rgb[0]]), largest_texel))
+            Levels::Gray(quad_levels(picture.dim(), values.chunks_exact(3).map(|rgb| [rgb[0]]), largest_texel))
         } else if values.chunks_exact(3).all(|rgb| rgb[2] == 0) {
-            Levels::Pair(quads(picture.dim(), values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1]]), largest_texel))
+            Levels::Pair(quad_levels(picture.dim(), values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1]]), largest_texel))
         } else {
             let pixels = values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2], 0]).collect();
             Levels::Colour(halvings(Level { scale: 1.0, width, height, pixels }, largest_texel))
@@ -96,7 +96,7 @@ impl Pyramid {
             Levels::Gray(levels) => {
                 let [width, height] = levels[0].size();
                 let inside = inside(width, height, u, v);
-                let [values] = gray::samples(levels, u, v, texel, wanted);
+                let [values] = quads::samples(levels, u, v, texel, wanted);
                 for l in 0..N {
                     let seen = u32::from(wanted[l] & inside[l]);
                     out[l] = (seen * (u32::from(values[l]) * 0x0001_0101 + 0xFF00_0000)).to_le_bytes();
@@ -105,7 +105,7 @@ impl Pyramid {
             Levels::Pair(levels) => {
                 let [width, height] = levels[0].size();
                 let inside = inside(width, height, u, v);
-                let [red, green] = gray::samples(levels, u, v, texel, wanted);
+                let [red, green] = quads::samples(levels, u, v, texel, wanted);
                 for l in 0..N {
                     let seen = u32::from(wanted[l] & inside[l]);
                     let value = u32::from(red[l]) + u32::from(green[l]) * 0x100 + 0xFF00_0000;
@@ -137,7 +137,7 @@ fn split(texel: f64) -> (i32, f32) {
 }
 
 /// The levels of a picture of so many pixels, as quads.
-fn quads<const C: usize>(
+fn quad_levels<const C: usize>(
     (height, width, _): (usize, usize, usize),
     pixels: impl Iterator<Item = [u8; C]>,
     largest_texel: f64,

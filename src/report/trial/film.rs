@@ -1,7 +1,8 @@
 //! Plants that grow: the roots of each day in turn, from the side, in the frame of the first day. A root keeps its colour as it keeps its
 //! number. Styles alone move it: the page runs no script. Who wants no motion, and paper, have the last day.
 
-use super::{Page, sheet};
+use super::Page;
+use super::sheet::{Scale, line};
 use crate::optics::Tank;
 use crate::report::page::html::{escape, rounded};
 use crate::roots::{Root, ink};
@@ -10,7 +11,6 @@ use std::fmt::Write;
 
 /// How long each day is shown, seconds.
 const SHOWN_S: f64 = 1.4;
-const MARGIN_MM: f64 = 2.0;
 
 /// A plant over days.
 pub struct Film<'a> {
@@ -41,35 +41,24 @@ pub(super) fn all(page: &Page<'_>, t: &mut String) {
         "</style>\n<p>Day by day, all in the frame of the first, in one scale; a root keeps its colour. <code>days/</code> has the same in 3D \
          (glTF, with this animation).</p>\n<div class=\"sheet films\">\n",
     );
-    let far = page.films.iter().map(|film| film.tank.inner_radius_mm()).fold(0.0, f64::max);
-    let deep = page.films.iter().map(|film| film.tank.floor_mm()).fold(0.0, f64::max);
+    let scale = Scale::of(page.films.iter().map(|film| film.tank));
     for film in &page.films {
-        let (radius, floor) = (film.tank.inner_radius_mm(), film.tank.floor_mm());
         let count = film.days.len();
-        let _ = write!(
-            t,
-            "<figure><svg class=\"film-{count}\" role=\"img\" aria-label=\"Plant {} over {count} days\" viewBox=\"{:.1} {:.1} {:.1} {:.1}\">\
-             <rect class=\"tank\" x=\"{:.1}\" y=\"0\" width=\"{:.1}\" height=\"{floor:.1}\"/>",
-            escape(film.plant),
-            -far - MARGIN_MM,
-            -MARGIN_MM,
-            2.0 * (far + MARGIN_MM),
-            deep + 2.0 * MARGIN_MM,
-            -radius,
-            2.0 * radius,
-        );
+        let label = format!("Plant {} over {count} days", escape(film.plant));
+        t.push_str("<figure>");
+        scale.open(film.tank, &format!("class=\"film-{count}\" aria-label=\"{label}\""), t);
         for (n, (day, roots)) in film.days.iter().enumerate() {
             // A day whose turn has come before the first moment: it waits for the rest of the round.
             let delay = SHOWN_S * (n as f64 - if n == 0 { 0.0 } else { count as f64 });
             let _ = write!(
                 t,
                 "<g style=\"animation-delay:{delay:.1}s\"><text x=\"{:.1}\" y=\"{:.1}\">day {}</text>",
-                -radius + 2.0,
-                0.06 * deep,
+                2.0 - film.tank.inner_radius_mm(),
+                0.06 * scale.deep_mm,
                 rounded(*day, 3)
             );
             for root in roots.iter().filter(|root| root.points_mm.len() > 1) {
-                sheet::line(root, ink::by_root(root), t);
+                line(root, ink::by_root(root), t);
             }
             t.push_str("</g>");
         }
