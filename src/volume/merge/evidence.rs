@@ -22,8 +22,6 @@ use rayon::prelude::*;
 
 /// Voxels worked on abreast.
 const LANES: usize = 32;
-/// Views whose weights add up to less than 2^16: narrow sums take half the time.
-const SHORT: usize = 256;
 /// Weight of a view that is sure.
 const SURE: f32 = 255.0;
 
@@ -172,15 +170,9 @@ fn low_means(shares: &[[u8; LANES]], weights: &[[u8; LANES]], total: &[u32; LANE
         for i in 0..LANES {
             candidate[i] = value[i] | 1 << bit;
         }
-        for (shares, weights) in shares.chunks(SHORT).zip(weights.chunks(SHORT)) {
-            let mut part = [0u16; LANES];
-            for (share, weight) in shares.iter().zip(weights) {
-                for i in 0..LANES {
-                    part[i] += u16::from(weight[i] & all_if(share[i] < candidate[i]));
-                }
-            }
+        for (share, weight) in shares.iter().zip(weights) {
             for i in 0..LANES {
-                under[i] += u32::from(part[i]);
+                under[i] += u32::from(weight[i] & all_if(share[i] < candidate[i]));
             }
         }
         for i in 0..LANES {
