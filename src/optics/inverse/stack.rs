@@ -11,9 +11,13 @@
 
 use super::march::MOST_APPROACH;
 use super::{LANES, March, Pixels, ViewMap};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Planes that are solved in each stack.
 const NODES: usize = 5;
+
+/// Their places in a stack, -1 to 1. Written out: a cosine has other last bits on other machines.
+const PLACES: [f64; NODES] = [-1.0, -FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2, 1.0];
 
 /// Bound of the last coefficient of pixel coordinates, px.
 const MOST_REST_PX: f64 = 1e-3;
@@ -45,23 +49,17 @@ pub struct Stack<'a> {
     weights: Vec<[f64; NODES]>,
     /// Marches of the planes themselves.
     planes: Vec<March<'a>>,
-    /// The current column, which rows are wanted there, and which are solved plane by plane.
+    /// The current column, and which rows are solved plane by plane there.
     column: usize,
-    wanted: [bool; LANES],
     solved: [bool; LANES],
     /// Which rows are interpolated, and between what.
     between: [bool; LANES],
     values: [Values; NODES],
 }
 
-/// The place of node n in a stack, -1 to 1.
-fn node(n: usize) -> f64 {
-    -(std::f64::consts::PI * n as f64 / (NODES - 1) as f64).cos()
-}
-
 /// Lagrange's weights of the nodes at t, -1 to 1.
 fn weights(t: f64) -> [f64; NODES] {
-    std::array::from_fn(|n| (0..NODES).filter(|&m| m != n).map(|m| (t - node(m)) / (node(n) - node(m))).product())
+    std::array::from_fn(|n| (0..NODES).filter(|&m| m != n).map(|m| (t - PLACES[m]) / (PLACES[n] - PLACES[m])).product())
 }
 
 /// The last Chebyshev coefficient of the polynomial through the nodes' values.
@@ -82,9 +80,9 @@ impl<'a> Stack<'a> {
         let is_solved = folded || heights.len() <= NODES;
         let nodes = if is_solved { 0 } else { NODES };
         // Between two of these planes a point's distance from the fold changes by no more than this.
-        let approach = MOST_APPROACH * half * (node(NODES / 2) - node(NODES / 2 - 1)) * 0.5;
+        let approach = MOST_APPROACH * half * 0.5 * FRAC_1_SQRT_2;
         let node_reach = spacing + approach;
-        let marches = (0..nodes).map(|n| March::new(map, x, y, middle + half * node(n), spacing, node_reach));
+        let marches = PLACES[..nodes].iter().map(|at| March::new(map, x, y, middle + half * at, spacing, node_reach));
         let reach = if folded { f64::INFINITY } else { spacing };
         Self {
             map,
@@ -98,7 +96,6 @@ impl<'a> Stack<'a> {
             planes: heights.iter().map(|&z| March::new(map, x, y, z, spacing, reach)).collect(),
             heights,
             column: 0,
-            wanted: [false; LANES],
             solved: [false; LANES],
             between: [false; LANES],
             values: [[[0.0; LANES]; 5]; NODES],
@@ -108,7 +105,7 @@ impl<'a> Stack<'a> {
     /// Goes on to column `i`, in which the rows are `wanted`. Columns follow each other.
     #[inline(always)]
     pub fn go_to(&mut self, i: usize, wanted: &[bool; LANES]) {
-        (self.column, self.wanted) = (i, *wanted);
+        self.column = i;
         if self.nodes.is_empty() {
             self.solved = *wanted;
             return;
