@@ -10,7 +10,9 @@
 //! ```
 //!
 //! so that belts above and below fix all six. Two prints are the same where they correlate by 0.35 at least; another print is
-//! refused. Standard deviations follow from the residuals, blots of 1.2 mm counting as one observation each.
+//! refused. Standard deviations follow from what of the prints does not lie upon each other (`spread`).
+
+mod spread;
 
 use super::motion::Motion;
 use super::pattern::Pattern;
@@ -33,8 +35,6 @@ const BLURS_MM: [f64; 2] = [0.5, 0.0];
 const ROUNDS: usize = 12;
 /// Residuals beyond so many times their typical size count less.
 const HUBER: f64 = 1.5;
-/// Size of what varies by itself, mm.
-const BLOT_MM: f64 = 1.2;
 
 /// How a day's frame was found in another's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -92,7 +92,8 @@ pub fn align(reference: &[Print], later: &[Print]) -> Result<Alignment, Unmatche
     if agreement < SAME {
         return Err(Unmatched::Other(agreement));
     }
-    let (azimuth_sd, place_sd_mm) = fit.deviations(reference);
+    let [a, b] = [reference, later].map(|prints| patterns(prints, BLURS_MM[BLURS_MM.len() - 1]));
+    let (azimuth_sd, place_sd_mm) = spread::deviations(&a, &b, &motion);
     // So far points went from the reference to the later day.
     Ok(Alignment {
         motion: motion.inverse(),
@@ -138,24 +139,56 @@ fn slopes(r: f64, z: f64, sin: f64, cos: f64) -> [[f64; 6]; 2] {
     [[-z * cos, -z * sin, r, -sin, cos, 0.0], [r * sin, -r * cos, 0.0, 0.0, 0.0, 1.0]]
 }
 
+/// A cell of one print with what the other shows there.
+struct Cell {
+    column: usize,
+    /// Sine and cosine of its azimuth.
+    sin_cos: (f64, f64),
+    /// Values here and there.
+    here: f64,
+    there: f64,
+    /// Their difference, and how much it counts.
+    residual: f64,
+    weight: f64,
+    /// Slopes of the other print, per mm around the wall and down.
+    across: f64,
+    down: f64,
+}
+
+/// Goes over the cells of a row that hold print on both days.
+fn cells(a: &Pattern, b: &Pattern, motion: &Motion, r: usize, mut each: impl FnMut(&Cell)) {
+    let columns = a.values.dim().1;
+    let z = a.top_mm + r as f64 * a.cell_mm;
+    for column in 0..columns {
+        let here = f64::from(a.values[(r, column)]);
+        if here == 0.0 {
+            continue;
+        }
+        let (sin, cos) = (std::f64::consts::TAU * column as f64 / columns as f64).sin_cos();
+        let moved = motion.apply(&Vec3::new(a.radius_mm * cos, a.radius_mm * sin, z));
+        let Some([there, across, down]) = b.at(moved.y.atan2(moved.x), moved.z) else { continue };
+        if there == 0.0 {
+            continue;
+        }
+        let residual = here - there;
+        let weight = if residual.abs() > HUBER { HUBER / residual.abs() } else { 1.0 };
+        each(&Cell { column, sin_cos: (sin, cos), here, there, residual, weight, across, down });
+    }
+}
+
 /// Normal equations of one round.
 #[derive(Default)]
 struct Fit {
     normal: Matrix6<f64>,
     right: Vector6<f64>,
     products: [f64; 3],
-    squares: f64,
-    cells: usize,
-    cell_area_mm2: f64,
 }
 
 impl Fit {
     fn of(a: &[Pattern], b: &[Pattern], motion: &Motion) -> Self {
         let mut fit = Self::default();
         for (a, b) in a.iter().zip(b) {
-            let (rows, columns) = a.values.dim();
-            let wide_mm = std::f64::consts::TAU * a.radius_mm / columns as f64;
-            fit.cell_area_mm2 = a.cell_mm * wide_mm;
+            let rows = a.values.dim().0;
             // Rows by themselves, added in order: the same bits on any number of threads.
             let parts: Vec<Self> = (0..rows).into_par_iter().map(|r| Self::of_row(a, b, motion, r)).collect();
             parts.iter().for_each(|part| fit.add(part));
@@ -165,43 +198,24 @@ impl Fit {
 
     fn of_row(a: &Pattern, b: &Pattern, motion: &Motion, r: usize) -> Self {
         let mut fit = Self::default();
-        let columns = a.values.dim().1;
         let z = a.top_mm + r as f64 * a.cell_mm;
-        for c in 0..columns {
-            let here = f64::from(a.values[(r, c)]);
-            if here == 0.0 {
-                continue;
-            }
-            let (sin, cos) = (std::f64::consts::TAU * c as f64 / columns as f64).sin_cos();
-            let x = Vec3::new(a.radius_mm * cos, a.radius_mm * sin, z);
-            let moved = motion.apply(&x);
-            let azimuth = moved.y.atan2(moved.x);
-            let Some([there, across, down]) = b.at(azimuth, moved.z) else { continue };
-            if there == 0.0 {
-                continue;
-            }
+        cells(a, b, motion, r, |cell| {
             // A small motion before this one moves along the wall and down there by nearly as much as here.
-            let [along, below] = slopes(a.radius_mm, z, sin, cos);
-            let slope = Vector6::from_fn(|k, _| across * along[k] + down * below[k]);
-            let residual = here - there;
-            let weight = if residual.abs() > HUBER { HUBER / residual.abs() } else { 1.0 };
-            fit.normal += weight * slope * slope.transpose();
-            fit.right += weight * residual * slope;
-            fit.squares += weight * residual * residual;
-            fit.cells += 1;
+            let [along, below] = slopes(a.radius_mm, z, cell.sin_cos.0, cell.sin_cos.1);
+            let slope = Vector6::from_fn(|k, _| cell.across * along[k] + cell.down * below[k]);
+            fit.normal += cell.weight * slope * slope.transpose();
+            fit.right += cell.weight * cell.residual * slope;
             let [ab, aa, bb] = &mut fit.products;
-            *ab += here * there;
-            *aa += here * here;
-            *bb += there * there;
-        }
+            *ab += cell.here * cell.there;
+            *aa += cell.here * cell.here;
+            *bb += cell.there * cell.there;
+        });
         fit
     }
 
     fn add(&mut self, other: &Self) {
         self.normal += other.normal;
         self.right += other.right;
-        self.squares += other.squares;
-        self.cells += other.cells;
         self.products.iter_mut().zip(other.products).for_each(|(a, b)| *a += b);
     }
 
@@ -213,23 +227,6 @@ impl Fit {
     fn correlation(&self) -> f64 {
         let [ab, aa, bb] = self.products;
         if aa > 0.0 && bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 }
-    }
-
-    /// Standard deviations of the azimuth, radians, and of a point on the wall, mm, worst of some.
-    fn deviations(&self, prints: &[Print]) -> (f64, f64) {
-        let alike = (BLOT_MM * BLOT_MM / self.cell_area_mm2).max(1.0);
-        let variance = self.squares / (self.cells.max(7) - 6) as f64 * alike;
-        let Some(covariance) = self.normal.try_inverse().map(|m| m * variance) else { return (f64::NAN, f64::NAN) };
-        let mut worst: f64 = 0.0;
-        for print in prints {
-            for k in 0..12 {
-                let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 12.0).sin_cos();
-                let [along, below] = slopes(print.radius_mm, print.top_mm, sin, cos).map(Vector6::from);
-                let of = |v: &Vector6<f64>| (v.transpose() * covariance * v)[(0, 0)];
-                worst = worst.max((of(&along) + of(&below)).sqrt());
-            }
-        }
-        (covariance[(2, 2)].sqrt(), worst)
     }
 }
 

@@ -13,7 +13,7 @@ pub struct Align {}
 
 impl Stage for Align {
     const NAME: &'static str = "align";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let found: Option<Alignment> = match align(

@@ -27,14 +27,32 @@ fn gray(seed: u64, x: &Vec3) -> f64 {
 
 /// The prints as a day shows them whose frame comes to that of the print by `motion`, in another light.
 fn prints(seed: u64, motion: &Motion, light: f64) -> Vec<Print> {
+    bent(seed, motion, light, 0.0)
+}
+
+/// The same unrolled with cameras that are off: bent smoothly, by waves around the tank of that standard deviation, mm.
+fn bent(seed: u64, motion: &Motion, light: f64, by_mm: f64) -> Vec<Print> {
+    // Both belts are seen by the same cameras.
+    let normal = |k: i64| (0..12).map(|j| hash(seed + 500, k, j)).sum::<f64>() - 6.0;
+    let wave = |side: i64, azimuth: f64| -> f64 {
+        let harmonic = |m: i64| {
+            let (sin, cos) = (m as f64 * azimuth).sin_cos();
+            if m == 0 {
+                normal(side) / 2.0_f64.sqrt()
+            } else {
+                normal(10 * m + side) * cos + normal(10 * m + 5 + side) * sin
+            }
+        };
+        by_mm * (0..4).map(harmonic).sum::<f64>()
+    };
     let unrolled = |belt: &[f64; 2]| {
         let columns = (std::f64::consts::TAU * RADIUS_MM / CELL_MM).round() as usize;
         let rows = ((belt[1] - belt[0]) / CELL_MM) as usize;
         let top_mm = belt[0] + 0.5 * CELL_MM;
         let value = |(r, c): (usize, usize)| {
             let azimuth = std::f64::consts::TAU * c as f64 / columns as f64;
-            let (sin, cos) = azimuth.sin_cos();
-            let x = Vec3::new(RADIUS_MM * cos, RADIUS_MM * sin, top_mm + r as f64 * CELL_MM);
+            let (sin, cos) = (azimuth + wave(0, azimuth) / RADIUS_MM).sin_cos();
+            let x = Vec3::new(RADIUS_MM * cos, RADIUS_MM * sin, top_mm + r as f64 * CELL_MM + wave(1, azimuth));
             let noise = 8.0 * (hash(seed + 77, r as i64 + (1000.0 * light) as i64, c as i64) - 0.5);
             (gray(seed, &motion.apply(&x)) * light * (0.8 + 0.2 * azimuth.cos()) + noise) as f32
         };
@@ -56,10 +74,25 @@ fn a_day_is_found_in_another_to_a_twentieth_of_a_degree_and_of_a_millimetre() {
             .into_iter()
             .fold(0.0, f64::max);
         assert!(worst < 0.05 && off.azimuth().to_degrees().abs() < 0.05, "{worst} mm, {}", off.azimuth().to_degrees());
-        // The deviations say what it is.
-        assert!(found.place_sd_mm < 0.05 && found.place_sd_mm > worst / 5.0, "{} {worst}", found.place_sd_mm);
+        assert!(found.place_sd_mm < 0.05, "{}", found.place_sd_mm);
         assert!(found.by_belts && found.agreement > 0.7, "{}", found.agreement);
     }
+}
+
+#[test]
+fn deviations_hold_the_truth_as_often_as_they_say() {
+    let (mut within, mut azimuths) = ([0; 2], Vec::new());
+    const PAIRS: usize = 24;
+    for seed in 1..=PAIRS as u64 {
+        let truth = Motion::small(&Vec3::new(0.001, -0.002, 0.0), &Vec3::new(0.2, -0.1, 0.3))
+            .after(&Motion::turn(0.25 * seed as f64));
+        let found = align(&prints(seed, &Motion::identity(), 1.0), &bent(seed, &truth, 0.8, 0.02)).unwrap();
+        let off = found.motion.after(&truth.inverse()).azimuth().to_degrees().abs() / found.azimuth_sd_deg;
+        within.iter_mut().zip([1.0, 2.0]).for_each(|(n, sd)| *n += usize::from(off <= sd));
+        azimuths.push(off);
+    }
+    // 68 and 95 % of so many, give or take what chance does.
+    assert!((11..=21).contains(&within[0]) && within[1] >= 20, "{within:?} of {PAIRS}: {azimuths:.2?}");
 }
 
 #[test]
