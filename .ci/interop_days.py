@@ -9,6 +9,7 @@ import numpy as np
 import pygltflib
 import trimesh
 import xmlschema
+from plantbox.rsml.rsml_data import RsmlData
 
 results, schema = map(pathlib.Path, sys.argv[1:3])
 
@@ -39,6 +40,31 @@ for plant, days in seen.items():
     assert last.keys() == told.keys() and all(abs(last[i] - told[i]) < 0.02 for i in told), plant
     assert last.keys() & series[plant][0].keys(), "no root is on both days"
 print(f"RSML over days: valid, {len(series)} plants, {sum(len(d) for d in series.values())} days")
+
+# CPlantBox takes lengths in cm, times in days, and the creation times of nodes for the growth of a root system.
+for plant, days in seen.items():
+    for path in sorted((results / "days").glob(f"{plant}-*.rsml")):
+        data = RsmlData()
+        data.open_rsml(str(path))
+        index = int(ElementTree.parse(path).findtext("metadata/time-sequence/index"))
+        lengths = series[plant][index]
+        lines = [10.0 * np.array(line) for line in data.polylines]
+        told = sorted(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines)
+        assert np.allclose(told, sorted(lengths.values()), atol=0.01), path
+        parents = data.properties["parent-poly"]
+        assert [p < 0 for p in parents] == [n < 0 for n in data.properties["parent-node"]], path
+        for line, parent, node in zip(lines, parents, data.properties["parent-node"]):
+            away = np.linalg.norm(lines[parent] - line[0], axis=1)
+            assert parent < 0 or away[int(node)] <= away.min() + 1e-3, path
+        assert data.tagnames[:2] == ["diameter", "node_creation_time"] and 0.01 < np.median(data.radii) < 0.5, path
+        dates = [0.0, *sorted(days)]
+        assert set(np.round(data.cts, 6)) <= set(dates[: index + 1]) and data.max_ct == dates[index], path
+        # What was there on a day is as long as that day's own roots.
+        flat = np.split(np.array(data.cts), np.cumsum([len(line) for line in lines])[:-1])
+        for date, known in zip(dates[:index], (series[plant][n] for n in range(index))):
+            there = sum(np.linalg.norm(np.diff(line, axis=0), axis=1)[(t <= date)[1:]].sum() for line, t in zip(lines, flat))
+            assert abs(there / sum(known.values()) - 1) < 0.25, (path, date, there, sum(known.values()))
+print("RSML over days: CPlantBox reads lengths, parents, diameters and creation times")
 
 for plant, days in series.items():
     path = results / "days" / f"{plant}.glb"

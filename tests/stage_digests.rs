@@ -37,7 +37,8 @@ fn numbers_change_only_with_the_version() {
     let targets: Vec<_> = days.trial.iter().flat_map(Trial::targets).collect();
     let report = Engine::new(&store).run(&days.graph, &targets).expect("the days run");
     for node in days.graph.nodes() {
-        let stage = days.graph.stage(node).filter(|stage| ["print", "align", "follow"].contains(stage));
+        let stage =
+            days.graph.stage(node).filter(|stage| ["print", "align", "follow", "recall", "recalled"].contains(stage));
         if let (Some(stage), Some(key), Some(digest)) = (stage, report.key(node), report.digest(node)) {
             now.entry(stage.to_owned()).or_insert((key.to_string(), digest.to_string()));
         }

@@ -15,6 +15,7 @@ pub mod photograph;
 pub mod picture;
 pub mod ply;
 pub mod points_csv;
+pub mod recalled_csv;
 pub mod roots_json;
 pub mod rsml;
 pub mod swc;

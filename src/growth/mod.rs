@@ -7,3 +7,4 @@ pub mod follow;
 pub mod motion;
 pub mod pattern;
 pub mod print;
+pub mod recall;

@@ -8,6 +8,7 @@ use crate::photo::Picture;
 use crate::photo::evidence::px_per_mm;
 use crate::roots::Pieces;
 use crate::roots::explain::{ExplainParams, Witness, explain};
+use crate::store::Artefact;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -37,32 +38,36 @@ impl Stage for Explain {
 
     fn run(&self, inputs: &Inputs, output: &mut Output, progress: &Progress) -> Result<()> {
         let pieces: Pieces = inputs.one("pieces")?.json("pieces.json")?;
-        let (evidence, cameras) = (inputs.many("evidence"), inputs.many("cameras"));
-        if evidence.len() != cameras.len() {
-            return Err(Error::failed(format!(
-                "evidence of {} photographs for {} cameras",
-                evidence.len(),
-                cameras.len()
-            )));
-        }
         progress.total(2);
-        let seen: Vec<(ViewMap, Picture, f64)> = evidence
-            .par_iter()
-            .zip(cameras)
-            .map(|(evidence, camera)| {
-                let view = camera.json::<View>("view")?.ideal();
-                let spread_px = SPREAD_PX.hypot(self.blur_mm * px_per_mm(&view));
-                Ok((ViewMap::new(&view, &self.tank)?, super::read3(evidence, "photo")?, spread_px))
-            })
-            .collect::<Result<_>>()?;
+        let seen = seen(inputs, &self.tank, self.blur_mm)?;
         progress.advance(1);
         progress.check()?;
-        let witnesses: Vec<Witness<'_>> = seen
-            .iter()
-            .map(|(map, evidence, spread_px)| Witness { map, evidence: evidence.view(), spread_px: *spread_px })
-            .collect();
-        output.json("explained.json", &explain(&pieces.pieces, &witnesses, &self.params)?)?;
+        output.json("explained.json", &explain(&pieces.pieces, &witnesses(&seen), &self.params)?)?;
         progress.advance(1);
         Ok(())
     }
+}
+
+/// A photograph's way of seeing, its evidence, and the evidence's point spread, px.
+pub(super) type Seen = (ViewMap, Picture, f64);
+
+/// The photographs of the ports evidence and cameras.
+pub(super) fn seen(inputs: &Inputs, tank: &Tank, blur_mm: f64) -> Result<Vec<Seen>> {
+    let (evidence, cameras) = (inputs.many("evidence"), inputs.many("cameras"));
+    if evidence.len() != cameras.len() {
+        return Err(Error::failed(format!("evidence of {} photographs for {} cameras", evidence.len(), cameras.len())));
+    }
+    let one = |(evidence, camera): (&Artefact, &Artefact)| {
+        let view = camera.json::<View>("view")?.ideal();
+        let spread_px = SPREAD_PX.hypot(blur_mm * px_per_mm(&view));
+        Ok((ViewMap::new(&view, tank)?, super::read3(evidence, "photo")?, spread_px))
+    };
+    evidence.par_iter().zip(cameras).map(one).collect()
+}
+
+/// The photographs as witnesses.
+pub(super) fn witnesses(seen: &[Seen]) -> Vec<Witness<'_>> {
+    seen.iter()
+        .map(|(map, evidence, spread_px)| Witness { map, evidence: evidence.view(), spread_px: *spread_px })
+        .collect()
 }

@@ -8,9 +8,11 @@ use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::formats::{growth_csv, rsml};
 use crate::growth::align::Alignment;
 use crate::growth::by_roots;
-use crate::growth::follow::{FollowParams, follow};
+use crate::growth::follow::{FollowParams, Growth, emerged, follow};
 use crate::growth::motion::Motion;
+use crate::growth::recall::Recalled;
 use crate::roots::{RootSystem, TracedRoot};
+use crate::store::Artefact;
 use serde::Serialize;
 
 /// The days of one plant.
@@ -25,7 +27,7 @@ pub struct Follow {
 
 impl Stage for Follow {
     const NAME: &'static str = "follow";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let systems: Vec<RootSystem> =
@@ -64,20 +66,55 @@ impl Stage for Follow {
         let mut days: Vec<(f64, Vec<TracedRoot>)> = systems.iter().enumerate().map(moved).collect();
         let growth = follow(&mut days, &self.params);
         let named: Vec<Vec<TracedRoot>> = days.iter().enumerate().map(|(n, (_, roots))| growth.day(n, roots)).collect();
-        for (n, roots) in named.iter().enumerate().filter(|(_, roots)| !roots.is_empty()) {
+        let followed = Followed { growth, days: named, alignments };
+        followed.write(output, &self.days, &[])
+    }
+}
+
+/// What is known of a plant over days.
+pub(super) struct Followed {
+    pub growth: Growth,
+    /// The roots of each day in the frame of the first, under their common numbers.
+    pub days: Vec<Vec<TracedRoot>>,
+    /// Of each day after the first.
+    pub alignments: Vec<Alignment>,
+}
+
+impl Followed {
+    pub fn read(artefact: &Artefact) -> Result<Self> {
+        Ok(Self {
+            growth: artefact.json("growth.json")?,
+            days: artefact.json("days.json")?,
+            alignments: artefact.json("alignments")?,
+        })
+    }
+
+    /// From a day's frame to that of the first.
+    pub fn first_from_day(&self, day: usize) -> Motion {
+        day.checked_sub(1).and_then(|k| self.alignments.get(k)).map_or_else(Motion::identity, |a| a.motion)
+    }
+
+    /// Writes it, at these times in days; `recalled` are roots that were found with another day's help.
+    pub fn write(&self, output: &mut Output, times: &[f64], recalled: &[Recalled]) -> Result<()> {
+        let since: Vec<f64> = times.iter().map(|time| time - times[0]).collect();
+        for (n, roots) in self.days.iter().enumerate().filter(|(_, roots)| !roots.is_empty()) {
             let about = rsml::About {
                 last_modified: rsml::PROFILE_DATE.to_owned(),
                 software: concat!("rootvox ", env!("CARGO_PKG_VERSION")).to_owned(),
                 user: "rootvox".to_owned(),
                 file_key: format!("day-{}", n + 1),
                 image: None,
-                sequence: Some(rsml::Sequence { label: "days".to_owned(), index: n }),
+                sequence: Some(rsml::Sequence {
+                    label: "days".to_owned(),
+                    index: n,
+                    created_days: emerged(&self.days, &since, n),
+                }),
             };
             output.bytes(&format!("day-{}.rsml", n + 1), rsml::write(roots, &about)?.as_bytes())?;
         }
-        output.bytes("growth.csv", &growth_csv::write(&growth, &self.days)?)?;
-        output.json("alignments", &alignments)?;
-        output.json("days.json", &named)?;
-        output.json("growth.json", &growth)
+        output.bytes("growth.csv", &growth_csv::write(&self.growth, times, recalled)?)?;
+        output.json("alignments", &self.alignments)?;
+        output.json("days.json", &self.days)?;
+        output.json("growth.json", &self.growth)
     }
 }

@@ -31,6 +31,8 @@ pub mod pose;
 pub mod pose_pictures;
 pub mod preview;
 pub mod print;
+pub mod recall;
+pub mod recalled;
 pub mod render;
 pub mod render_patch;
 pub mod root_lines;

@@ -26,7 +26,7 @@ const SIDES: usize = 8;
 
 impl Stage for Traits {
     const NAME: &'static str = "traits";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn run(&self, inputs: &Inputs, output: &mut Output, _: &Progress) -> Result<()> {
         let system: RootSystem = inputs.one("system")?.json("system.json")?;

@@ -85,6 +85,7 @@ fn measured(graph: &mut Graph, s: &Settings, from: &Upstream) -> Result<StudyNod
         photos: from.names.clone(),
         photo_nodes: from.files.clone(),
         seen: from.seen.iter().map(|(_, undistorted, camera)| (*undistorted, *camera)).collect(),
+        evidence: from.evidence.as_slice().into(),
         survey: from.survey,
         cameras: from.cameras,
         calibration: from.calibration.clone(),

@@ -35,6 +35,8 @@ pub struct StudyNodes {
     pub photo_nodes: Arc<[NodeId]>,
     /// Of each photograph the undistorted picture and its camera.
     pub seen: Arc<[(NodeId, NodeId)]>,
+    /// Of each photograph its share of root, where that is asked for.
+    pub evidence: Arc<[NodeId]>,
     /// What they say of themselves, where they are files.
     pub survey: Option<NodeId>,
     /// Lens and poses.

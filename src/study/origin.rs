@@ -70,6 +70,7 @@ pub(super) const MEASURING: &[&str] = &[
     "diameters",
     "hierarchy",
     "follow",
+    "recall",
     "corrections",
     "traits",
     "overlay",

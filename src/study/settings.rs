@@ -13,6 +13,7 @@ use crate::calibration::RegisterParams;
 use crate::calibration::masks::MaskParams;
 use crate::error::{Error, Result};
 use crate::growth::follow::FollowParams;
+use crate::growth::recall::RecallParams;
 use crate::optics::Tank;
 use crate::photo::evidence::ContrastParams;
 use crate::roots::diameter::DiameterParams;
@@ -140,6 +141,8 @@ pub struct Settings {
     pub hierarchy: HierarchyParams,
     /// `[follow]`, read where a plant has several days.
     pub follow: FollowParams,
+    /// `[recall]`, read where a plant has several days.
+    pub recall: RecallParams,
     /// `[corrections]`.
     pub corrections: CorrectionsSection,
     /// The file of corrections, where there is one.
@@ -181,6 +184,7 @@ const SECTIONS: &[&str] = &[
     "diameters",
     "hierarchy",
     "follow",
+    "recall",
     "corrections",
     "traits",
     "overlay",
@@ -234,6 +238,7 @@ impl Settings {
         let diameters: DiameterParams = file.section("diameters");
         let hierarchy: HierarchyParams = file.section("hierarchy");
         let follow: FollowParams = file.section("follow");
+        let recall: RecallParams = file.section("recall");
         let corrections: CorrectionsSection = file.section("corrections");
         let traits: TraitParams = file.section("traits");
         let overlay: OverlaySection = file.section("overlay");
@@ -252,6 +257,7 @@ impl Settings {
             overlay.check(),
             corrections.check(),
             follow.check(),
+            recall.check(),
         ];
         for checked in checks.into_iter().chain(simulated_as.into_iter().filter(|_| simulated)) {
             if let Err(e) = checked {
@@ -268,6 +274,12 @@ impl Settings {
             file.refuse(
                 Error::usage("cameras.lens has no effect on cameras from a file, which have their lenses")
                     .help("leave it out, or set cameras.source = \"sfm\""),
+            );
+        }
+        if recall.enabled && !contrast.enabled {
+            file.refuse(
+                Error::usage("recall.enabled looks at each photograph's share of root, which contrast.enabled = false leaves out")
+                    .help("leave one of both out"),
             );
         }
         let mut resolved = file.finish(SECTIONS)?;
@@ -322,6 +334,7 @@ impl Settings {
             diameters,
             hierarchy,
             follow,
+            recall,
             corrections_file: corrections.file.as_ref().map(|file| clean(&origin.corrections.join(file))),
             corrections,
             traits,

@@ -209,9 +209,54 @@ fn a_plant_is_followed_over_days_and_another_print_is_refused() {
     let rate: f64 = main.split(',').nth(12).expect("a rate").parse().expect("a number");
     assert!(main.starts_with("1,") && (5.0..9.0).contains(&rate), "{rate} mm per day");
 
+    assert!(growth.lines().next().is_some_and(|l| l.ends_with(",recalled")) && !growth.contains(",from\n"), "{growth}");
+    assert!(days.contains("name=\"node_creation_time\""), "points know their day");
+
+    // Days help each other only where they are asked to, and nothing else is computed for it.
+    let helped = [&FINER[..], &["--set", "recall.enabled=true"]].concat();
+    let text = stderr(&mut trial.command("run", &helped));
+    assert!(ran(&text).iter().all(|name| name.starts_with("recall")) && computed(&text) == 3, "{text}");
+    let recalled = trial.text("results/peas/trial/recalled.csv");
+    assert!(recalled.starts_with("plant,root_id,day,by_day,length_mm,contrast,chance\n"), "{recalled}");
+    let rows =
+        |text: &str| text.lines().filter(|l| [",from", ",to", ",both"].iter().any(|end| l.ends_with(end))).count();
+    assert_eq!(rows(&trial.text("results/peas/trial/growth.csv")) > 0, recalled.lines().count() > 1, "{recalled}");
+    let blind = [&helped[..], &["--set", "contrast.enabled=false"]].concat();
+    assert!(
+        stderr(&mut trial.command("run", &blind)).contains("recall.enabled"),
+        "there is no share of root to look at"
+    );
+    trial.command("run", &FINER).output().expect("runs");
+    assert!(!trial.path("results/peas/trial/recalled.csv").exists());
+
     // A day less computes nothing but what it changes.
     trial.list(&DAYS.replace("2,7,3,7,12,50,2\n", "").replace("1,7,3,7,12,50,1\n", ""));
     assert_eq!(computed(&stderr(&mut trial.command("run", &FINER))), 0);
+}
+
+#[test]
+fn a_day_too_faint_to_trace_is_read_with_the_help_of_others() {
+    // Grey levels of noise on day 7: every photograph there is nearly nothing but noise.
+    let trial = Trial::new(
+        "plant,date,simulate.age.days,simulate.day.seed,simulate.day.start_deg,simulate.capture.noise_sigma\n\
+        1,5,5,11,0,2\n1,7,7,12,50,45\n1,9,9,13,120,2\n",
+    );
+    let study = include_str!("../data/days.toml").replace("days.csv", "plants.csv").replace("seed = 3", "seed = 4");
+    fs::write(trial.path("trial.toml"), study).expect("can write");
+    trial.command("run", &[]).assert().success();
+    // The true lengths on that day: of root 5, 1 mm on day 5, and of root 6, which was not there, nothing is invented.
+    let there = [46.8, 11.6, 11.6, 16.9, 15.6, 10.3, 6.9];
+    let table = trial.text("results/trial/trial/recalled.csv");
+    let rows: Vec<Vec<f64>> =
+        table.lines().skip(1).map(|l| l.split(',').map(|x| x.parse().expect("a number")).collect()).collect();
+    assert!(rows.len() >= 3, "{table}");
+    for row in &rows {
+        let (day, by, length) = (row[2], row[3], row[4]);
+        let near = there.iter().any(|true_mm| (length - true_mm).abs() < 0.05 * true_mm + 0.5);
+        assert!(day == 2.0 && by == 4.0 && near && row[6] <= 0.03, "{table}");
+    }
+    let growth = trial.text("results/trial/trial/growth.csv");
+    assert!(growth.lines().any(|l| l.ends_with(",to")) && growth.lines().any(|l| l.ends_with(",from")), "{growth}");
 }
 
 #[test]

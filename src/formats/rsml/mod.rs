@@ -4,7 +4,9 @@
 //! points with the attributes x, y, z in this order (readers take them by position) in the tank frame, z down;
 //! `diameter` (mm), `diameter-sd` (mm) and `confidence` (0..1) as functions over the polyline, one `sample value` per
 //! point; a lateral stands within its parent and carries `parent-node`, the index of the parent's point nearest to its
-//! first one. Numbers are plain decimals, as the schema asks.
+//! first one; a root without a parent carries -1, since readers take the values as a list that runs like the roots (CPlantBox).
+//! In a series of days `node_creation_time` (day) tells of each point when it was there first. Numbers are plain decimals, as the schema
+//! asks.
 //!
 //! **Read**: that and what is met in practice, see [`read`].
 
@@ -25,7 +27,7 @@ use std::fmt::Write;
 pub const PROFILE_DATE: &str = "2026-01-01T00:00:00Z";
 
 /// What the file says about itself.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct About {
     /// Time of writing as xs:dateTime, such as 2026-05-01T12:00:00Z.
     pub last_modified: String,
@@ -42,12 +44,14 @@ pub struct About {
 }
 
 /// A file's place in a series over time, in which a root has one id (the schema's `time-sequence`, `unified`).
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Sequence {
     /// Name of the series.
     pub label: String,
     /// Place in it, from 0.
     pub index: usize,
+    /// Of each root, in the order of the roots, when each of its points was there first, days since the first of the series.
+    pub created_days: Vec<Vec<f64>>,
 }
 
 /// The content of an RSML file.
@@ -59,8 +63,13 @@ pub fn write(roots: &[TracedRoot], about: &About) -> Result<String> {
     if roots.is_empty() {
         return Err(Error::failed("RSML needs one root at least").help("lower the thresholds of the extraction"));
     }
-    for root in roots {
+    let created = about.sequence.as_ref().map(|sequence| &sequence.created_days);
+    for (n, root) in roots.iter().enumerate() {
         check(root, roots)?;
+        let points = root.root.points_mm.len();
+        if created.is_some_and(|of| of.get(n).is_none_or(|times| times.len() != points)) {
+            return Err(Error::failed(format!("RSML: root {} has not a time for each point", root.root.id)));
+        }
     }
     let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<rsml>\n  <metadata>\n");
     for (tag, value) in [
@@ -81,6 +90,11 @@ pub fn write(roots: &[TracedRoot], about: &About) -> Result<String> {
             format_args!(
                 "      <property-definition><label>{label}</label><type>real</type><unit>{unit}</unit></property-definition>\n"
             ),
+        );
+    }
+    if created.is_some() {
+        out.push_str(
+            "      <property-definition><label>node_creation_time</label><type>real</type><unit>day</unit></property-definition>\n",
         );
     }
     out.push_str("      <property-definition><label>parent-node</label><type>integer</type></property-definition>\n");
@@ -108,7 +122,7 @@ pub fn write(roots: &[TracedRoot], about: &About) -> Result<String> {
     }
     out.push_str("  </metadata>\n  <scene>\n    <plant id=\"plant-1\" label=\"plant-1\">\n");
     for root in roots.iter().filter(|r| r.root.parent < 0) {
-        write_root(&mut out, root, None, roots, 3);
+        write_root(&mut out, root, None, roots, created, 3);
     }
     out.push_str("    </plant>\n  </scene>\n</rsml>\n");
     Ok(out)
@@ -156,13 +170,19 @@ fn check(traced: &TracedRoot, roots: &[TracedRoot]) -> Result<()> {
     Err(Error::failed(format!("RSML: root {} {fault}", root.id)))
 }
 
-fn write_root(out: &mut String, traced: &TracedRoot, parent: Option<&TracedRoot>, roots: &[TracedRoot], depth: usize) {
+fn write_root(
+    out: &mut String,
+    traced: &TracedRoot,
+    parent: Option<&TracedRoot>,
+    roots: &[TracedRoot],
+    created: Option<&Vec<Vec<f64>>>,
+    depth: usize,
+) {
     let root = &traced.root;
     let pad = "  ".repeat(depth);
     put(out, format_args!("{pad}<root id=\"root-{0}\" label=\"root-{0}\">\n{pad}  <properties>\n", root.id));
-    if let Some(parent) = parent {
-        put(out, format_args!("{pad}    <parent-node>{}</parent-node>\n", nearest(parent, root.points_mm[0])));
-    }
+    let node = parent.map_or(-1, |parent| nearest(parent, root.points_mm[0]) as i64);
+    put(out, format_args!("{pad}    <parent-node>{node}</parent-node>\n"));
     put(out, format_args!("{pad}    <order>{}</order>\n{pad}  </properties>\n", root.order));
     put(out, format_args!("{pad}  <geometry>\n{pad}    <polyline>\n"));
     for [x, y, z] in root.points_mm.iter().map(|p| p.map(|v| rounded(v, 4))) {
@@ -171,7 +191,9 @@ fn write_root(out: &mut String, traced: &TracedRoot, parent: Option<&TracedRoot>
     put(out, format_args!("{pad}    </polyline>\n{pad}  </geometry>\n{pad}  <functions>\n"));
     let diameters: Vec<f64> = root.radii_mm.iter().map(|r| 2.0 * r).collect();
     let spreads: Vec<f64> = traced.radius_sd_mm.iter().map(|r| 2.0 * r).collect();
-    for (name, values) in [("diameter", &diameters), ("diameter-sd", &spreads), ("confidence", &traced.confidence)] {
+    let times = created.and_then(|of| of.get(roots.iter().position(|r| r.root.id == root.id)?));
+    let functions = [("diameter", &diameters), ("diameter-sd", &spreads), ("confidence", &traced.confidence)];
+    for (name, values) in functions.into_iter().chain(times.map(|times| ("node_creation_time", times))) {
         put(out, format_args!("{pad}    <function name=\"{name}\" domain=\"polyline\" origin=\"base\">\n"));
         for value in values {
             put(out, format_args!("{pad}      <sample value=\"{}\"/>\n", rounded(*value, 5)));
@@ -180,7 +202,7 @@ fn write_root(out: &mut String, traced: &TracedRoot, parent: Option<&TracedRoot>
     }
     put(out, format_args!("{pad}  </functions>\n"));
     for child in roots.iter().filter(|r| r.root.parent == root.id) {
-        write_root(out, child, Some(traced), roots, depth + 1);
+        write_root(out, child, Some(traced), roots, created, depth + 1);
     }
     put(out, format_args!("{pad}</root>\n"));
 }

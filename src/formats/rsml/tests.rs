@@ -36,7 +36,11 @@ fn about() -> About {
         user: "A & B <lab>".into(),
         file_key: "licorice".into(),
         image: Some(("000.jpg".into(), "ab12".into())),
-        sequence: Some(Sequence { label: "days".into(), index: 1 }),
+        sequence: Some(Sequence {
+            label: "days".into(),
+            index: 1,
+            created_days: vec![vec![0.0, 0.0, 2.5], vec![0.0, 2.5], vec![2.5, 2.5], vec![2.5, 2.5]],
+        }),
     }
 }
 
@@ -46,6 +50,11 @@ fn written_files_keep_the_schema() {
     assert_eq!(faults(&text), Vec::<String>::new());
     assert!(text.contains("<point x=\"0.5\" y=\"0\" z=\"30\"/>"), "plain decimals, no minus zero");
     assert!(text.contains("<parent-node>1</parent-node>"));
+    // Readers take properties as lists that run like the roots.
+    assert_eq!(text.matches("<parent-node>").count(), system().len());
+    assert!(text.matches("name=\"node_creation_time\"").count() == 4 && text.matches("value=\"2.5\"").count() == 6);
+    let short = Sequence { label: "days".into(), index: 1, created_days: vec![vec![0.0]] };
+    assert!(write(&system(), &About { sequence: Some(short), ..about() }).is_err());
     assert!(text.contains("<index>1</index><unified>true</unified></time-sequence>"));
 }
 

@@ -122,7 +122,7 @@ fn length(root: &Root) -> f64 {
 }
 
 /// Arc position on a root of the point nearest to a place.
-fn foot(place: &Place, on: &[Place]) -> f64 {
+pub(super) fn foot(place: &Place, on: &[Place]) -> f64 {
     let distance = |p: &Place| (p.point_mm - place.point_mm).norm_squared();
     let Some(k) = (0..on.len()).min_by(|&i, &j| distance(&on[i]).total_cmp(&distance(&on[j]))) else { return 0.0 };
     // Between the nearest place and its neighbours.

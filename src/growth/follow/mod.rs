@@ -5,6 +5,7 @@
 //! the most length on, weighed by the share of the earlier root that it is; each root once. What is left of the later day is new, what
 //! is left of the earlier vanished: hidden or dead, it is looked for again on every later day where it was seen last.
 
+mod emerged;
 mod interval;
 mod later;
 mod overlap;
@@ -12,6 +13,7 @@ mod rehang;
 #[cfg(test)]
 mod tests;
 
+pub use emerged::emerged;
 pub use interval::{Interval, State};
 pub use rehang::Rehung;
 
@@ -96,6 +98,13 @@ impl Growth {
         traits
     }
 
+    /// The same roots, and what they did between days, told anew from the `days` they are seen on.
+    #[must_use]
+    pub fn again(self, days: &[(f64, Vec<TracedRoot>)], params: &FollowParams) -> Self {
+        let intervals = interval::all(&self.tracks, &plain(days), params);
+        Self { intervals, ..self }
+    }
+
     /// The roots of a day under their common numbers; a parent that is not seen that day counts as none.
     pub fn day(&self, day: usize, roots: &[TracedRoot]) -> Vec<TracedRoot> {
         let number = |place: usize| self.tracks.iter().find(|t| t.seen[day] == Some(place)).map(|t| t.id);
@@ -127,9 +136,11 @@ pub fn follow(days: &mut [(f64, Vec<TracedRoot>)], params: &FollowParams) -> Gro
         rehung.extend(later::read_by(day - 1, &mut first[day - 1], &rest[0], params.within_mm));
     }
     days.iter_mut().zip(all).for_each(|((_, roots), new)| *roots = new);
-    let plain: Vec<(f64, Vec<Root>)> =
-        days.iter().map(|(time, roots)| (*time, roots.iter().map(|r| r.root.clone()).collect())).collect();
-    Growth { rehung, ..tracked(&plain, params) }
+    Growth { rehung, ..tracked(&plain(days), params) }
+}
+
+fn plain(days: &[(f64, Vec<TracedRoot>)]) -> Vec<(f64, Vec<Root>)> {
+    days.iter().map(|(time, roots)| (*time, roots.iter().map(|r| r.root.clone()).collect())).collect()
 }
 
 /// Follows roots as they are.

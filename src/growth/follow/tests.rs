@@ -53,6 +53,23 @@ fn roots_keep_their_number_and_grow_at_their_tip() {
 }
 
 #[test]
+fn points_know_the_day_they_came() {
+    let mut days = [
+        (0.0, vec![traced(&main(60.0))]),
+        (2.0, vec![traced(&main(72.0)), traced(&lateral(5, 45.0, 4.0, 0.0))]),
+        (5.0, vec![traced(&main(80.0)), traced(&lateral(3, 45.0, 9.0, 0.3))]),
+    ];
+    let growth = follow(&mut days, &FollowParams::default());
+    let named: Vec<_> = days.iter().enumerate().map(|(n, (_, roots))| growth.day(n, roots)).collect();
+    let times = emerged(&named, &[0.0, 2.0, 5.0], 2);
+    // The main root starts at depth 20, a point per millimetre.
+    let came = |time: f64| times[0].iter().filter(|t| **t == time).count();
+    assert_eq!([came(0.0), came(2.0), came(5.0)], [41, 12, 8]);
+    assert!(times[1].iter().all(|t| *t > 0.0) && times[1][2] == 2.0 && times[1][8] == 5.0, "{:?}", times[1]);
+    assert_eq!(emerged(&named, &[0.0, 2.0, 5.0], 0), [vec![0.0; 41]]);
+}
+
+#[test]
 fn what_vanishes_is_told_and_known_again_when_it_comes_back() {
     let days = vec![
         (0.0, vec![main(60.0), lateral(1, 30.0, 10.0, 0.0)]),

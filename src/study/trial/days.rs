@@ -4,6 +4,8 @@ use crate::flow::NodeId;
 use crate::stages::align::Align;
 use crate::stages::follow::Follow;
 use crate::stages::print::Print;
+use crate::stages::recall::Recall;
+use crate::stages::recalled::Recalled;
 use crate::study::batch::Batch;
 use crate::study::plants::Capture;
 use std::collections::BTreeMap;
@@ -16,6 +18,8 @@ pub struct Days {
     pub captures: Vec<usize>,
     /// Its roots over days.
     pub follow: NodeId,
+    /// Whether days helped each other find them.
+    pub recalled: bool,
 }
 
 /// Adds the nodes of all plants with several days; `captures` run as the batch's studies, which are no sweeps.
@@ -35,9 +39,14 @@ pub(super) fn add(batch: &mut Batch, captures: &[Capture]) -> Vec<Days> {
         if dated.len() < 2 || dated.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
             continue;
         }
-        if let Some(follow) = of_plant(batch, plant, &dated, captures) {
-            all.push(Days { plant: plant.to_owned(), captures: dated.iter().map(|(_, n)| *n).collect(), follow });
-        }
+        let Some(follow) = of_plant(batch, plant, &dated, captures) else { continue };
+        let recalled = recalled(batch, plant, &dated, captures, follow);
+        all.push(Days {
+            plant: plant.to_owned(),
+            captures: dated.iter().map(|(_, n)| *n).collect(),
+            follow: recalled.unwrap_or(follow),
+            recalled: recalled.is_some(),
+        });
     }
     all
 }
@@ -67,8 +76,45 @@ fn of_plant(batch: &mut Batch, plant: &str, dated: &[(f64, usize)], captures: &[
             batch.graph.add(&label, Align {}, &[("reference", &[*reference]), ("later", &[*print])])
         })
         .collect();
-    let days = dated.iter().map(|(days, _)| days - dated[0].0).collect();
-    let stage = Follow { days, params: params? };
+    let stage = Follow { days: times(dated), params: params? };
     let ports = [("systems", &systems[..]), ("alignments", &alignments)];
     Some(batch.graph.add(&format!("follow/{plant}"), stage, &ports))
+}
+
+/// Days since the first.
+fn times(dated: &[(f64, usize)]) -> Vec<f64> {
+    dated.iter().map(|(days, _)| days - dated[0].0).collect()
+}
+
+/// Where the days that ask for it are helped by the others, the roots with those found so; each day's search is a node of its own.
+fn recalled(
+    batch: &mut Batch,
+    plant: &str,
+    dated: &[(f64, usize)],
+    captures: &[Capture],
+    follow: NodeId,
+) -> Option<NodeId> {
+    let (mut found, mut params) = (Vec::new(), None);
+    for (day, &(_, n)) in dated.iter().enumerate() {
+        let Batch { graph, studies, .. } = batch;
+        let (settings, nodes) = studies[n].points.first()?.planned.as_ref().ok()?;
+        params.get_or_insert_with(|| settings.follow.clone());
+        if !settings.recall.enabled {
+            continue;
+        }
+        let cameras: Vec<NodeId> = nodes.seen.iter().map(|(_, camera)| *camera).collect();
+        let stage = Recall {
+            day,
+            tank: settings.tank.clone(),
+            blur_mm: settings.contrast.blur_mm,
+            params: settings.recall.clone(),
+        };
+        let ports = [("followed", &[follow][..]), ("evidence", &nodes.evidence), ("cameras", &cameras)];
+        found.push(graph.add(&format!("recall/{}", captures[n].name()), stage, &ports));
+    }
+    if found.is_empty() {
+        return None;
+    }
+    let stage = Recalled { days: times(dated), params: params? };
+    Some(batch.graph.add(&format!("recalled/{plant}"), stage, &[("followed", &[follow][..]), ("recalled", &found)]))
 }

@@ -4,6 +4,7 @@ use super::gather::Gathered;
 use super::results::Tried;
 use crate::error::Result;
 use crate::formats::growth_csv;
+use crate::formats::recalled_csv;
 use crate::formats::tables::{self, Table};
 use crate::growth::compare::{Effect, effect};
 use std::collections::BTreeMap;
@@ -16,14 +17,18 @@ const MOST_GROUPS: usize = 8;
 /// # Errors
 /// Where a row cannot be written.
 pub(super) fn of(tried: &Tried<'_>, all: &[Option<Gathered>]) -> Result<Vec<(&'static str, Vec<u8>)>> {
-    Ok(vec![
+    let mut all_tables = vec![
         ("quality.csv", quality(tried, all)?),
         ("traits.csv", traits(tried, all)?),
         ("roots.csv", joined(tried, all, |g| &g.roots)?),
         ("depth_profile.csv", joined(tried, all, |g| &g.profile)?),
         ("effects.csv", effects_table(&effects(tried, all))?),
-        ("growth.csv", growth(tried)?),
-    ])
+        ("growth.csv", of_plants(tried, "growth.csv", &growth_csv::COLUMNS)?),
+    ];
+    if tried.trial.days.iter().any(|days| days.recalled) {
+        all_tables.push(("recalled.csv", of_plants(tried, "recalled.csv", &recalled_csv::COLUMNS)?));
+    }
+    Ok(all_tables)
 }
 
 /// The columns that tell captures apart, and others.
@@ -82,18 +87,23 @@ fn joined(tried: &Tried<'_>, all: &[Option<Gathered>], of: impl Fn(&Gathered) ->
     tables::csv(&names, rows)
 }
 
-/// The growth of all plants that were followed.
-fn growth(tried: &Tried<'_>) -> Result<Vec<u8>> {
-    let columns = ["plant"].into_iter().chain(tried.trial.groups.iter().map(String::as_str)).chain(growth_csv::COLUMNS);
+/// A table of all plants that were followed, one below the other; those that have none are left out.
+fn of_plants(tried: &Tried<'_>, name: &str, columns: &[&str]) -> Result<Vec<u8>> {
+    let front = ["plant"].into_iter().chain(tried.trial.groups.iter().map(String::as_str));
+    let columns: Vec<&str> = front.chain(columns.iter().copied()).collect();
     let mut rows = Vec::new();
     for days in tried.followed() {
-        let table = tables::read("growth.csv", &tried.report.artefact(days.follow)?.bytes("growth.csv")?)?;
+        let followed = tried.report.artefact(days.follow)?;
+        if !followed.has(name) {
+            continue;
+        }
+        let table = tables::read(name, &followed.bytes(name)?)?;
         // Groups of a plant are those of its first day.
         let capture = &tried.trial.captures[days.captures[0]];
         let front: Vec<&String> = std::iter::once(&capture.plant).chain(&capture.groups).collect();
         rows.extend(table.rows.iter().map(|row| front.iter().copied().chain(row).cloned().collect::<Vec<_>>()));
     }
-    tables::csv(&columns.collect::<Vec<_>>(), rows)
+    tables::csv(&columns, rows)
 }
 
 /// A group against the first of its column, in one trait on one date.
