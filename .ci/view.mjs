@@ -1,11 +1,12 @@
 // Opens `rootvox view` in a browser and uses it. Arguments: the browser, the program, a study file, a folder for its store and pictures.
 import { spawn } from "node:child_process";
-import { copyFileSync, mkdirSync, readFileSync } from "node:fs";
+import { copyFileSync, existsSync, mkdirSync, readFileSync, rmSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { check, checkAccess, drawing, end, recorded, start, test } from "./harness.mjs";
 
 const [executablePath, program, study, folder, ...more] = process.argv.slice(2);
 mkdirSync(folder, { recursive: true });
+rmSync(join(folder, "corrections.toml"), { force: true });
 const copy = join(folder, "study.toml");
 copyFileSync(study, copy);
 
@@ -136,6 +137,93 @@ await test("a fault of the settings is told, and the next change computes", asyn
   check((await page.textContent("#status")).includes("extract.low"), await page.textContent("#status"));
   await page.click("#reset");
   await page.waitForFunction(() => document.querySelector("#status").textContent === "As the study file says.", null, { timeout: 60000 });
+});
+const corrections = join(folder, "corrections.toml");
+const rows = () => page.locator("#root-table tbody tr").evaluateAll((all) => all.map((row) => row.textContent));
+// Waits for what became of the correction that was made last.
+async function outcome(kind) {
+  await page.waitForFunction((kind) => new RegExp(`^(Done|Not applied|Not written|Not computed)(: ${kind}|: )`).test(document.querySelector("#correct-told").textContent), kind, { timeout: 60000 });
+  const said = await page.textContent("#correct-told");
+  check(said.startsWith(`Done: ${kind}`), said);
+  return said;
+}
+// Takes the last correction back and waits until all is as before.
+async function undo(before) {
+  await page.click("#correct [data-undo]");
+  await page.waitForFunction((before) => [...document.querySelectorAll("#root-table tbody tr")].map((row) => row.textContent).join() === before.join(), before, { timeout: 60000 });
+}
+// Where the view shows the vertices of the roots' surfaces, every so many of them; px of the page.
+const vertices = (every) => page.evaluate((every) => {
+  const view = document.getElementById("view3d"), { left, top, width, height } = view.getBoundingClientRect();
+  const { glplot, dataScale } = view._fullLayout.scene._scene, { x, y, z } = view.data[0];
+  const { model, view: turned, projection } = glplot.cameraParams;
+  const times = (m, p) => [0, 1, 2, 3].map((row) => m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row] * p[3]);
+  const all = [];
+  for (let n = 0; n < x.length; n += every) {
+    const [u, v, , w] = [model, turned, projection].reduce((p, m) => times(m, p), [x[n] * dataScale[0], y[n] * dataScale[1], z[n] * dataScale[2], 1]);
+    all.push([left + width * (0.5 + (0.5 * u) / w), top + height * (0.5 - (0.5 * v) / w)]);
+  }
+  return all;
+}, every);
+// Points at roots in the view until one that `fits`, and clicks it; hands back its number.
+async function clickRoot(fits) {
+  await page.locator("#view3d").scrollIntoViewIfNeeded();
+  await page.waitForTimeout(300);
+  for (const place of await vertices(89)) {
+    // What was told of the root before would still stand there.
+    await page.evaluate(() => (document.querySelector("#view3d-help").textContent = ""));
+    await page.mouse.move(...place);
+    await page.waitForTimeout(80);
+    const told = /^Root (\d+), order (\d+)/.exec(await page.textContent("#view3d-help"));
+    if (!told || !(await fits(Number(told[1]), Number(told[2])))) continue;
+    await page.mouse.down();
+    await page.mouse.up();
+    return Number(told[1]);
+  }
+  throw new Error("no such root was found under the pointer");
+}
+
+await test("a root is removed by a click in the view, and comes back", async () => {
+  const before = await rows();
+  await page.fill("#correct-by", "Ada");
+  await page.click("[data-correct=remove]");
+  check((await page.textContent("#correct-told")).startsWith("Click"), "it does not say what to click");
+  const id = await clickRoot((_, order) => order > 0);
+  const said = await outcome("remove");
+  const after = await rows();
+  const text = readFileSync(corrections, "utf8");
+  check(text.includes('kind = "remove"') && text.includes('by = "Ada"') && text.includes('when = "20'), text);
+  check(readFileSync(copy, "utf8").includes('file = "corrections.toml"'), "the study does not name the file");
+  check(after.length < before.length && (await page.locator(`#root-table tr[data-root="${id}"]`).count()) === 0, "it is still there");
+  // Others are as they were, but for what its parent counts of laterals.
+  check(after.filter((row) => !before.includes(row)).length <= 1, "other roots changed");
+  check(await page.locator("#corrections table").first().isVisible(), "the correction is not listed");
+  await undo(before);
+  check(!existsSync(corrections) && !readFileSync(copy, "utf8").includes("corrections"), "the files are not as before");
+  return said;
+});
+await test("a root is hung on another by two clicks", async () => {
+  const before = await rows();
+  await page.click("[data-correct=parent]");
+  const child = await clickRoot((_, order) => order > 0);
+  await page.waitForFunction(() => document.querySelector("#correct-told").textContent.includes("on its parent"));
+  const table = await page.locator("#root-table tbody tr").evaluateAll((all) => all.map((row) => [row.dataset.root, row.children[1].dataset.value]));
+  const isBelow = (id) => {
+    for (let at = String(id), n = 0; n < 20 && at !== "-1"; n++) {
+      if (at === String(child)) return true;
+      at = (table.find(([root]) => root === at) || [])[1];
+      if (at === undefined) return false;
+    }
+    return false;
+  };
+  const parent = await clickRoot((id) => !isBelow(id) && (table.find(([root]) => root === String(child)) || [])[1] !== String(id));
+  const said = await outcome("parent");
+  const now = await page.locator(`#root-table tr[data-root="${child}"] td`).first().textContent();
+  check(now === String(parent), `its parent is ${now}, not ${parent}`);
+  const changed = (await rows()).filter((row) => !before.includes(row)).length;
+  check(changed >= 1 && changed < before.length / 2, `${changed} rows changed`);
+  await undo(before);
+  return said;
 });
 await test("no fault is told, and nothing is asked for outside the server", async () => {
   check(page.faults.length === 0, page.faults.join("; "));

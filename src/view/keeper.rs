@@ -1,70 +1,132 @@
-//! Settings written into the study file, and taken back.
+//! Settings and corrections written into the study's files, and taken back.
 
+use super::correct;
 use super::fields::{Changes, Field};
 use crate::error::{Error, Result};
+use crate::roots::correction::Correction;
 use crate::study::edit::edited;
 use serde_json::Value;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What was written, for undo.
+/// A file that was written.
 struct Written {
-    before: String,
+    path: PathBuf,
+    /// None where it was not there.
+    before: Option<String>,
     after: String,
-    changes: Changes,
 }
 
-/// Writes into one study file.
+/// What was written at once, and the changes of settings among it.
+struct Step {
+    files: Vec<Written>,
+    changes: Option<Changes>,
+}
+
+/// Writes the files of one study.
 pub struct Keeper {
     study: PathBuf,
-    written: Vec<Written>,
+    steps: Vec<Step>,
 }
 
 impl Keeper {
     /// Of the study file at `study`.
     pub fn new(study: &Path) -> Self {
-        Self { study: study.to_owned(), written: Vec::new() }
+        Self { study: study.to_owned(), steps: Vec::new() }
     }
 
-    /// Writes the changes.
+    /// Writes changes of settings into the study file.
     ///
     /// # Errors
     /// Where the file cannot be read, changed or written.
     pub fn keep(&mut self, fields: &[Field], changes: &Changes) -> Result<()> {
-        let before = self.text()?;
         let values: Vec<(&str, String)> =
             changes.iter().map(|(name, value)| (name.as_str(), toml_text(fields, name, value))).collect();
-        let name = self.study.display().to_string();
-        let after = edited(&name, &before, values.iter().map(|(name, value)| (*name, value.as_str())))?;
-        replace(&self.study, &after)?;
-        self.written.push(Written { before, after, changes: changes.clone() });
-        Ok(())
+        let study = self.study_with(values.iter().map(|(name, value)| (*name, value.as_str())))?;
+        self.write(vec![study], Some(changes.clone()))
     }
 
-    /// Puts the text back that was there before what was kept last, and hands back what was kept.
+    /// Adds a correction to `file`; `name` is what the study file is to call it by, where it does not name it yet.
     ///
     /// # Errors
-    /// Where nothing was kept, the file has another text by now, or it cannot be written.
-    pub fn undo(&mut self) -> Result<Changes> {
-        let Some(last) = self.written.last() else {
-            return Err(Error::usage("nothing was kept that could be taken back"));
-        };
-        if self.text()? != last.after {
-            let message = format!("`{}` was changed by another program since", self.study.display());
-            return Err(Error::usage(message).help("it is left as it is: change it by hand"));
+    /// Where `file` holds a fault, or is there without being named, and as [`Self::keep`].
+    pub fn correct(&mut self, file: &Path, correction: &Correction, name: Option<&str>) -> Result<()> {
+        let before = text_of(file)?;
+        let mut files = Vec::new();
+        if let Some(name) = name {
+            if before.is_some() {
+                let message = format!("`{}` is there, but the study does not name it", file.display());
+                return Err(Error::usage(message).help(format!(
+                    "write [corrections] file = \"{name}\" into the study file, or take that file away"
+                )));
+            }
+            files.push(self.study_with([("corrections.file", toml::Value::from(name).to_string().as_str())])?);
         }
-        replace(&self.study, &last.before)?;
-        Ok(self.written.pop().map(|written| written.changes).unwrap_or_default())
+        let text = correct::added(&file.display().to_string(), &before.unwrap_or_default(), correction)?;
+        // The study names it once it is there.
+        files.insert(0, (file.to_owned(), text));
+        self.write(files, None)
+    }
+
+    /// Puts the texts back that were there before the last step, and hands back the changes of settings in it.
+    ///
+    /// # Errors
+    /// Where nothing was written, a file has another text by now, or cannot be written.
+    pub fn undo(&mut self) -> Result<Option<Changes>> {
+        let Some(last) = self.steps.last() else {
+            return Err(Error::usage("nothing was written that could be taken back"));
+        };
+        for Written { path, after, .. } in &last.files {
+            if text_of(path)?.as_ref() != Some(after) {
+                let message = format!("`{}` was changed by another program since", path.display());
+                return Err(Error::usage(message).help("it is left as it is: change it by hand"));
+            }
+        }
+        put_back(&last.files)?;
+        Ok(self.steps.pop().and_then(|step| step.changes))
     }
 
     /// How often undo can be asked for.
-    pub fn kept(&self) -> usize {
-        self.written.len()
+    pub fn steps(&self) -> usize {
+        self.steps.len()
     }
 
-    fn text(&self) -> Result<String> {
-        fs::read_to_string(&self.study).map_err(|e| Error::io("read", &self.study, e))
+    /// The study file with settings as TOML.
+    fn study_with<'a>(&self, settings: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<(PathBuf, String)> {
+        let text = fs::read_to_string(&self.study).map_err(|e| Error::io("read", &self.study, e))?;
+        Ok((self.study.clone(), edited(&self.study.display().to_string(), &text, settings)?))
+    }
+
+    fn write(&mut self, files: Vec<(PathBuf, String)>, changes: Option<Changes>) -> Result<()> {
+        let mut step = Step { files: Vec::new(), changes };
+        for (path, after) in files {
+            let wrote = text_of(&path).and_then(|before| replace(&path, &after).map(|()| before));
+            match wrote {
+                Ok(before) => step.files.push(Written { path, before, after }),
+                // All of them or none.
+                Err(e) => return put_back(&step.files).and(Err(e)),
+            }
+        }
+        self.steps.push(step);
+        Ok(())
+    }
+}
+
+/// Gives files the texts that they had, the last that was written first.
+fn put_back(files: &[Written]) -> Result<()> {
+    files.iter().rev().try_for_each(|Written { path, before, .. }| match before {
+        Some(before) => replace(path, before),
+        None => fs::remove_file(path).map_err(|e| Error::io("remove", path, e)),
+    })
+}
+
+/// The text of a file; none where there is no file.
+fn text_of(path: &Path) -> Result<Option<String>> {
+    match fs::read_to_string(path) {
+        Ok(text) => Ok(Some(text)),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(Error::io("read", path, e)),
     }
 }
 
@@ -78,11 +140,14 @@ fn toml_text(fields: &[Field], name: &str, value: &Value) -> String {
     }
 }
 
-/// Puts another text in a file's place at once, with the rights that it has.
+/// Puts another text in a file's place at once, with the rights that it has; a new file is made where there is none.
 fn replace(path: &Path, text: &str) -> Result<()> {
     let fault = |e: &dyn std::fmt::Display| Error::io("write", path, e);
     // What is behind a link stays behind it.
-    let target = fs::canonicalize(path).map_err(|e| fault(&e))?;
+    let Ok(target) = fs::canonicalize(path) else {
+        let mut fresh = fs::File::create_new(path).map_err(|e| fault(&e))?;
+        return fresh.write_all(text.as_bytes()).and_then(|()| fresh.sync_all()).map_err(|e| fault(&e));
+    };
     let folder = target.parent().unwrap_or(Path::new("."));
     let mut fresh = tempfile::NamedTempFile::new_in(folder).map_err(|e| fault(&e))?;
     fresh.write_all(text.as_bytes()).map_err(|e| fault(&e))?;
@@ -109,7 +174,7 @@ mod tests {
         keeper.keep(&fields, &two).unwrap();
         let text = fs::read_to_string(&path).unwrap();
         assert_eq!(text, "[extract] # mine\nhigh = 2.0 # by eye\nunit = \"level\"\n");
-        assert_eq!(keeper.undo().unwrap(), two);
+        assert_eq!(keeper.undo().unwrap().as_ref(), Some(&two));
         assert_eq!(fs::read_to_string(&path).unwrap(), study);
         assert!(keeper.undo().is_err());
         keeper.keep(&fields, &two).unwrap();
@@ -117,5 +182,28 @@ mod tests {
         assert!(keeper.undo().unwrap_err().message.contains("another program"));
         assert_eq!(fs::read_to_string(&path).unwrap(), "# new\n");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_correction_is_written_named_by_the_study_and_taken_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let (study, file) = (folder.path().join("a.toml"), folder.path().join("corrections.toml"));
+        fs::write(&study, "# mine\n[grid]\nspacing = 1.0\n").unwrap();
+        let mut keeper = Keeper::new(&study);
+        let entry = json!({ "kind": "cut", "at": [1.0, 2.0, 3.0] });
+        let cut = correct::read(entry.as_object().cloned().unwrap(), "2026-05-01", &[]).unwrap();
+        keeper.correct(&file, &cut, Some("corrections.toml")).unwrap();
+        assert!(keeper.correct(&file, &cut, Some("corrections.toml")).is_err(), "it is there without being named");
+        keeper.correct(&file, &cut, None).unwrap();
+        let text = fs::read_to_string(&study).unwrap();
+        assert!(text.starts_with("# mine\n[grid]\n") && text.contains("file = \"corrections.toml\""), "{text}");
+        assert_eq!(fs::read_to_string(&file).unwrap().matches("[[correction]]").count(), 2);
+        assert_eq!(keeper.undo().unwrap(), None);
+        assert_eq!(fs::read_to_string(&file).unwrap().matches("[[correction]]").count(), 1);
+        keeper.undo().unwrap();
+        assert!(!file.exists() && !fs::read_to_string(&study).unwrap().contains("corrections"));
+        // Where the study cannot name it, it is not written.
+        fs::write(&study, "corrections = 3\n").unwrap();
+        assert!(keeper.correct(&file, &cut, Some("corrections.toml")).is_err() && !file.exists());
     }
 }

@@ -9,11 +9,13 @@ const PANEL: &str = include_str!("page/panel.html");
 const SLICES: &str = include_str!("page/slices.html");
 
 /// In the order in which they need each other.
-const SCRIPTS: [&str; 7] = [
+const SCRIPTS: [&str; 9] = [
     include_str!("page/address.js"),
     include_str!("page/ask.js"),
     include_str!("page/voxels.js"),
     include_str!("page/fields.js"),
+    include_str!("page/add.js"),
+    include_str!("page/correct.js"),
     include_str!("page/follow.js"),
     include_str!("page/slices.js"),
     include_str!("page/live.js"),

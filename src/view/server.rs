@@ -14,7 +14,7 @@ use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
 use futures_util::stream::{self, Stream, StreamExt};
-use serde_json::json;
+use serde_json::{Map, Value, json};
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, TcpListener};
 use std::sync::Arc;
@@ -86,6 +86,7 @@ fn router(token: &Arc<str>, session: Arc<Session>) -> Router {
         .route(&at("events"), get(events))
         .route(&at("change"), post(change))
         .route(&at("keep"), post(keep))
+        .route(&at("correct"), post(correct))
         .route(&at("undo"), post(undo))
         .route(&at("slice"), get(sliced))
         .route(&at("overlay/{n}"), get(overlay))
@@ -140,6 +141,14 @@ async fn change(State(session): Shared, Json(changes): Json<Changes>) -> std::re
 
 async fn keep(State(session): Shared, Json(changes): Json<Changes>) -> std::result::Result<Response, Fault> {
     let turn = aside(move || session.keep(changes)).await?;
+    Ok(Json(json!({ "turn": turn })).into_response())
+}
+
+async fn correct(
+    State(session): Shared,
+    Json(entry): Json<Map<String, Value>>,
+) -> std::result::Result<Response, Fault> {
+    let turn = aside(move || session.correct(entry)).await?;
     Ok(Json(json!({ "turn": turn })).into_response())
 }
 

@@ -1,5 +1,6 @@
 //! One study open for changes: a thread computes the newest settings, and stops for newer ones.
 
+use super::correct;
 use super::fields::{self, Changes, Field};
 use super::keeper::Keeper;
 use super::message::{About, Message, Teller};
@@ -8,12 +9,15 @@ use super::work::{self, Machine, Study, Turn};
 use crate::error::{Error, Kind, Result};
 use crate::flow::Event;
 use crate::store::Store;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use tokio::sync::broadcast::Receiver;
+
+/// The file of corrections of a study that names none, beside it.
+const CORRECTIONS: &str = "corrections.toml";
 
 /// What a session begins with.
 pub struct Opening {
@@ -146,14 +150,42 @@ impl Session {
         self.ask(Changes::new())
     }
 
-    /// Puts the study file back to what it was before the last [`Self::keep`]; what is shown stays.
+    /// Adds a correction to the study's file of corrections; where it has none, to a new one beside it that the study file then names.
+    ///
+    /// # Errors
+    /// Where nothing may be written, what is given is no correction, or a file that the study does not name is in the way.
+    pub(super) fn correct(&self, entry: Map<String, Value>) -> Result<u64> {
+        let inner = &self.inner;
+        inner.check_writable()?;
+        {
+            // One after the other: the first may name the file that the next is written into.
+            let mut keeper = inner.keeper();
+            let study = Study::load(&inner.opening, &[])?;
+            let (settings, nodes) = study.planned()?;
+            let when = jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string();
+            let correction = correct::read(entry, &when, &nodes.photos)?;
+            match &settings.corrections_file {
+                Some(file) => keeper.correct(file, &correction, None)?,
+                None => {
+                    let file = inner.opening.study.with_file_name(CORRECTIONS);
+                    keeper.correct(&file, &correction, Some(CORRECTIONS))?;
+                }
+            }
+        }
+        inner.tell_file()?;
+        let changes = inner.wanted().changes.clone();
+        self.ask(changes)
+    }
+
+    /// Puts the files back to what they were before the last [`Self::keep`] or [`Self::correct`]; changes that were kept are shown on.
     ///
     /// # Errors
     /// Where nothing may be written, or somebody else wrote meanwhile.
     pub(super) fn undo(&self) -> Result<u64> {
         self.inner.check_writable()?;
-        let changes = self.inner.keeper().undo()?;
+        let kept = self.inner.keeper().undo()?;
         self.inner.tell_file()?;
+        let changes = kept.unwrap_or_else(|| self.inner.wanted().changes.clone());
         self.ask(changes)
     }
 
@@ -202,7 +234,7 @@ impl Inner {
     fn tell_file(&self) -> Result<()> {
         let study = Study::load(&self.opening, &[])?;
         let values = fields::values(&self.fields, &study.planned()?.0.resolved);
-        self.teller.tell(About::File, &file(&values, self.keeper().kept()));
+        self.teller.tell(About::File, &file(&values, self.keeper().steps()));
         Ok(())
     }
 

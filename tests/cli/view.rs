@@ -109,6 +109,26 @@ impl Events {
         }
         panic!("no `{kind}` with {what} came");
     }
+
+    /// The turns of which `kind` is told from now on, up to the `last` whose end is told.
+    fn turns(&mut self, kind: &str, last: u64) -> Vec<u64> {
+        let begun = Instant::now();
+        let (mut turns, mut now, mut line) = (Vec::new(), String::new(), String::new());
+        while begun.elapsed() < PATIENCE {
+            line.clear();
+            assert!(self.lines.read_line(&mut line).expect("a line") > 0, "the stream ended before turn {last}");
+            if let Some(name) = line.strip_prefix("event: ") {
+                now = name.trim().to_owned();
+            }
+            let Some(text) = line.strip_prefix("data: ") else { continue };
+            let number = text.split("\"turn\":").nth(1).and_then(|rest| rest.split([',', '}']).next()?.parse().ok());
+            turns.extend(number.filter(|_| now == kind));
+            if now == "ended" && number == Some(last) {
+                return turns;
+            }
+        }
+        panic!("turn {last} did not end");
+    }
 }
 
 fn status(answer: &str) -> &str {
@@ -148,7 +168,9 @@ fn only_who_knows_the_token_is_served_and_only_from_here() {
         let answer = view.raw(&format!("GET {home} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n"));
         assert_eq!(status(&answer), "403", "{host}");
     }
-    assert_eq!(status(&view.post("change", "{}", "Origin: http://evil.example\r\n")), "403");
+    for what in ["change", "keep", "correct", "undo"] {
+        assert_eq!(status(&view.post(what, "{}", "Origin: http://evil.example\r\n")), "403", "{what}");
+    }
 
     // With the token no path leads to a file.
     for path in [
@@ -249,10 +271,68 @@ fn a_change_is_shown_kept_and_taken_back() {
 }
 
 #[test]
+fn a_correction_by_click_is_written_named_applied_and_taken_back() {
+    let capture = Capture::new();
+    let study = fs::read_to_string(capture.path("study.toml")).expect("can read");
+    let view = View::new(&capture, &[]);
+    let mut events = view.events();
+    let first = events.until("roots", "\"turn\":0")["content"]["roots"].as_array().cloned().expect("roots");
+    let gone = first.iter().rev().find(|root| root["order"].as_u64() > Some(0)).expect("a lateral");
+    let xyz: Vec<f64> = serde_json::from_value(gone["xyz"].clone()).expect("numbers");
+    let remove = format!(r#"{{"kind": "remove", "at": {:?}, "by": "Ada"}}"#, &xyz[xyz.len() - 3..]);
+    let seen = r#"[{"photo": "../study.toml", "px": [1, 2]}, {"photo": "b.jpg", "px": [3, 4]}]"#;
+    for wrong in [
+        r#"{"kind": "remove"}"#,
+        r#"{"kind": "burn", "at": [1, 2, 3]}"#,
+        r#"{"kind": "remove", "at": [1, 2, 3], "file": "x"}"#,
+        &format!(r#"{{"kind": "add", "clicks": [{seen}, {seen}]}}"#),
+    ] {
+        assert_eq!(status(&view.post("correct", wrong, "")), "422", "{wrong}");
+    }
+    assert!(!capture.path("corrections.toml").exists());
+    let asked = turn(&view.post("correct", &remove, ""));
+    let roots = events.until("roots", &format!("\"turn\":{asked}"));
+    let outcome = &roots["sections"]["outcomes"][0];
+    assert!(outcome["applied"] == true && outcome["by"] == "Ada", "{outcome}");
+    assert!(roots["sections"]["corrections"].as_str().is_some_and(|html| html.contains("Ada")));
+    let left = roots["content"]["roots"].as_array().expect("roots");
+    assert!(left.len() < first.len() && left.iter().all(|root| first.contains(root)), "other roots changed");
+    let text = fs::read_to_string(capture.path("corrections.toml")).expect("a file");
+    assert!(text.contains("kind = \"remove\"") && text.contains("when = \"20"), "{text}");
+    let now = fs::read_to_string(capture.path("study.toml")).expect("can read");
+    assert!(now.starts_with(study.trim_end()) && now.contains("file = \"corrections.toml\""), "{now}");
+    events.until("ended", &format!("\"turn\":{asked}"));
+
+    // The same once more finds nothing there: written, told, not applied.
+    let asked = turn(&view.post("correct", &remove, ""));
+    let roots = events.until("roots", &format!("\"turn\":{asked}"));
+    let outcome = &roots["sections"]["outcomes"][1];
+    assert!(
+        outcome["applied"] == false && outcome["found"].as_str().is_some_and(|f| f.contains("no root")),
+        "{outcome}"
+    );
+    events.until("ended", &format!("\"turn\":{asked}"));
+
+    turn(&view.post("undo", "{}", ""));
+    let asked = turn(&view.post("undo", "{}", ""));
+    let roots = events.until("roots", &format!("\"turn\":{asked}"));
+    assert_eq!(roots["content"]["roots"].as_array(), Some(&first));
+    assert!(!capture.path("corrections.toml").exists());
+    assert_eq!(fs::read_to_string(capture.path("study.toml")).expect("can read"), study);
+
+    // A file that the study does not name is nobody's to write into.
+    fs::write(capture.path("corrections.toml"), "# mine\n").expect("can write");
+    assert_eq!(status(&view.post("correct", &remove, "")), "422");
+    assert_eq!(fs::read_to_string(capture.path("corrections.toml")).expect("can read"), "# mine\n");
+}
+
+#[test]
 fn read_only_writes_nothing() {
     let capture = Capture::new();
     let view = View::new(&capture, &["--read-only"]);
     let answer = view.post("keep", r#"{"extract.high": 2.5}"#, "");
+    assert!(status(&answer) == "422" && answer.contains("--read-only"), "{answer}");
+    let answer = view.post("correct", r#"{"kind": "remove", "at": [0, 0, 30]}"#, "");
     assert!(status(&answer) == "422" && answer.contains("--read-only"), "{answer}");
     assert_eq!(status(&view.post("change", r#"{"extract.high": 2.5}"#, "")), "200");
 }
@@ -278,6 +358,10 @@ fn of_ten_changes_in_a_second_the_last_is_shown_and_the_cache_is_whole() {
     }
     let shown = events.until("voxels", &format!("\"turn\":{last}"));
     events.until("ended", &format!("\"turn\":{last}"));
+    // Of ten at once none but the last is computed to its end.
+    let at_once = |n: u32| format!(r#"{{"trace.high": {}}}"#, 1.5 + 0.05 * f64::from(n));
+    let asked: Vec<u64> = (0..10).map(|n| turn(&view.post("change", &at_once(n), ""))).collect();
+    assert_eq!(events.turns("ended", asked[9]), [asked[9]], "of {asked:?}");
     #[cfg(unix)]
     assert_eq!(view.interrupt(), Some(0), "Ctrl-C is how it ends");
     rootvox().current_dir(capture.path("")).args(["cache", "verify"]).assert().success();

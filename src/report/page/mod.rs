@@ -201,6 +201,7 @@ impl Page<'_> {
             "roots": part(&|t| tables::roots(self.per_root, t)),
             "provenance": part(&|t| provenance::section(&self.provenance, t)),
             "sides": self.sides(),
+            "outcomes": self.corrections.as_ref().map(|c| c.outcomes),
         });
         Ok([json_text(&data::of(self))?, json_text(&sections)?])
     }

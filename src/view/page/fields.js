@@ -92,6 +92,7 @@ function tieFields() {
     }
   };
   $("keep").addEventListener("click", write("keep", () => changes, "Kept in the study file."));
-  $("undo").addEventListener("click", write("undo", () => ({}), "The study file is as it was before."));
+  const undo = write("undo", () => ({}), "What was written last is taken back.");
+  document.querySelectorAll("[data-undo]").forEach((button) => button.addEventListener("click", undo));
   addAddress(() => Object.entries(changes));
 }

@@ -77,7 +77,7 @@ function follow() {
   on("file", ({ values, kept }) => {
     fileValues = values;
     for (const name of Object.keys(changes)) if (changes[name] === values[name]) delete changes[name];
-    $("undo").disabled = kept === 0 || live.readOnly;
+    document.querySelectorAll("[data-undo]").forEach((button) => (button.disabled = kept === 0 || live.readOnly));
     if (!fieldRows.size) tieFields();
     showFields();
   });
@@ -105,10 +105,12 @@ function follow() {
     // The roots go on in the table that the sections bring.
     takeSections(message.sections);
     if (fresh("roots", message)) takeRoots(message.content, message.turn);
+    tellOutcome(message);
   });
   on("views", (message) => fresh("views", message) && takeViews(message.content));
   on("ended", ({ turn, error, help }) => {
     document.documentElement.dataset.ended = turn;
+    if (error) tellOutcome({ turn, error });
     say(error ? error + (help ? `: ${help}` : "") : Object.keys(changes).length ? "Shown; not kept in the study file." : "As the study file says.", error);
   });
   news.addEventListener("error", () => say("The server does not answer: is rootvox view still running?", true));

@@ -4,6 +4,7 @@ function tieLive() {
   document.querySelector("nav ul li:nth-child(2)").after(make("li", {}, make("a", { href: "#slices" }, "Slices")));
   tieAddress();
   tieSlices();
+  tieCorrect();
   const marks = make("input", { type: "checkbox", id: "viewer-voxels" });
   document.querySelector("#viewer .tools").prepend(make("label", { class: "check" }, marks, " Root voxels"));
   // Made when it is looked at; the turn is there for the browser to ask anew.

@@ -6,6 +6,7 @@ const TOP = { eye: { x: 0, y: -0.01, z: 2.2 }, center: { x: 0, y: 0, z: 0 }, up:
 // A live page adds its own traces after these.
 const TRACE = { roots: 0, tank: 1, repairs: 2, chosen: 3 };
 const moreTraces = [];
+let clickRoot = (id) => choose(id);
 let mesh = emptyMesh(), line = null, under = null, drawn = false;
 const scene = $("view3d");
 
@@ -105,7 +106,7 @@ async function drawSpace() {
   scene.addEventListener("pointerup", (event) => {
     const still = down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 5 && event.button === 0;
     // What lies under a finger is known a frame later only.
-    if (still) setTimeout(() => under && under.id !== undefined && choose(under.id), event.pointerType === "touch" ? 120 : 0);
+    if (still) setTimeout(() => under && under.id !== undefined && clickRoot(under.id, under.k), event.pointerType === "touch" ? 120 : 0);
   }, true);
 }
 

@@ -1,6 +1,6 @@
 // One photograph large: roots on and off, and a slider between the bare photograph and the drawn one.
 const viewer = $("viewer");
-let shown = 0, viewerImage = pictureOf;
+let shown = 0, viewerImage = pictureOf, afterViewer = () => {};
 
 function openViewer(n) {
   shown = n;
@@ -41,6 +41,7 @@ function layViewer() {
   const n = view.lines.filter((line) => rootOf.has(line[0])).length;
   $("viewer-note").textContent =
     `${n} of ${data.roots.length} roots in sight` + (state.chosen !== null ? `; root ${state.chosen} is drawn in white.` : "; click a line to choose its root.");
+  afterViewer();
 }
 
 function tieViewer() {
