@@ -5,7 +5,7 @@
 //!   at (root voxels, roots and traits, roots on photographs), and each is told to all open pages as it is there. A
 //!   newer change cancels the one before. What finished is in the store, as after any run.
 //! - **Keeping** (`keeper.rs`): settings are written into the study file, whose comments and order stay; undo puts the text back.
-//! - **Correcting** ([`correct`]): a correction made by click is added to the study's file of corrections.
+//! - **Correcting** (`correct`): a correction made by click is added to the study's file of corrections.
 //! - **Guard** (`guard.rs`): only this machine's addresses are served, to those who know the token; what a foreign page asks for is
 //!   refused; bodies are small; no file is served by its path.
 

@@ -5,7 +5,7 @@
 //!   as a whole.
 //! - **Where** ([`contrast`]): the line, brought into the day's frame, is looked at in all photographs of that day: per half millimetre the share of
 //!   root on it less that beside it, past the roots that are known there. It may lie a little off, for plants sway: lines shifted sideways
-//!   by [`OFF_MM`] at most are tried. Of a line from its base on, the stretch counts that stands out most, by the mean of its contrasts times the
+//!   by `OFF_MM` at most are tried. Of a line from its base on, the stretch counts that stands out most, by the mean of its contrasts times the
 //!   root of their number: with no contrast beyond the tip that is the least-squares estimate of where the root ends (change of a mean).
 //! - **Whether**: the same is asked of [`DECOYS`] copies of the line, each elsewhere at the same depths, where no root is known. The root is there where
 //!   it stands out more than all but [`RecallParams::chance`] of these. So noise, veil and background of that very day say what chance
