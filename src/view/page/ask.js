@@ -7,7 +7,11 @@ let mine = 0, onItsWay = false, waiting = null;
 async function ask(what, body) {
   const answer = await fetch(here + what, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) });
   const text = await answer.text();
-  if (answer.ok) return JSON.parse(text);
+  if (answer.ok) {
+    const told = JSON.parse(text);
+    document.documentElement.dataset.asked = told.turn;
+    return told;
+  }
   let said = text;
   try {
     said = JSON.parse(text).error;
@@ -33,7 +37,6 @@ async function sendChanges(since) {
     try {
       mine = (await ask("change", now.changes)).turn;
       askedAt.set(mine, now.since);
-      document.documentElement.dataset.asked = mine;
       tellShown();
     } catch (error) {
       say(error.message, true);

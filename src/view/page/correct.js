@@ -104,6 +104,7 @@ function tieCorrect() {
   document.querySelectorAll("[data-correct]").forEach((button) => button.addEventListener("click", () => {
     const { correct: kind } = button.dataset;
     if (tool && tool.kind === kind) return setTool(null);
+    showRoots();
     if (kind === "add") return beginAdding();
     setTool({ kind, fields: TOOLS[kind], entry: {} });
     const { top } = scene.getBoundingClientRect();

@@ -42,15 +42,22 @@ function fieldRow(field) {
   return row;
 }
 
+function setShape(shape) {
+  $("shape").value = shape;
+  change({ shape });
+}
+
+// Roots are drawn again where root voxels hid them.
+function showRoots() {
+  if (state.shape === "voxels") setShape("tubes");
+}
+
 function setField(name, value, since) {
   if (value === fileValues[name]) delete changes[name];
   else changes[name] = value;
   // What follows a change at once is shown: root voxels of an extraction, roots of all else.
-  const shape = name.startsWith("extract.") ? "voxels" : state.shape === "voxels" ? "tubes" : state.shape;
-  if (shape !== state.shape) {
-    $("shape").value = shape;
-    change({ shape });
-  }
+  if (!name.startsWith("extract.")) showRoots();
+  else if (state.shape !== "voxels") setShape("voxels");
   markFields();
   sendChanges(since);
 }

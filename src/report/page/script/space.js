@@ -7,7 +7,7 @@ const TOP = { eye: { x: 0, y: -0.01, z: 2.2 }, center: { x: 0, y: 0, z: 0 }, up:
 const TRACE = { roots: 0, tank: 1, repairs: 2, chosen: 3 };
 const moreTraces = [];
 let clickRoot = (id) => choose(id);
-let mesh = emptyMesh(), line = null, under = null, drawn = false;
+let mesh = emptyMesh(), bright = emptyMesh(), line = null, under = null, drawn = false;
 const scene = $("view3d");
 
 function rootsTrace() {
@@ -65,10 +65,11 @@ function repairsTrace() {
 
 // The chosen root as a bright tube a little wider than itself.
 function chosenTrace() {
-  const tube = emptyMesh(), root = rootOf.get(state.chosen);
-  if (root) addTube(tube, root, 8, Math.max(0.35, data.tank.radius / 200));
-  const { x, y, z, i, j, k } = tube;
-  return { type: "mesh3d", x, y, z, i, j, k, color: "#ffffff", hoverinfo: "skip", lighting: { ambient: 1, diffuse: 0 }, visible: Boolean(root) };
+  const root = rootOf.get(state.chosen);
+  bright = emptyMesh();
+  if (root) addTube(bright, root, 8, Math.max(0.35, data.tank.radius / 200));
+  const { x, y, z, i, j, k } = bright;
+  return { type: "mesh3d", x, y, z, i, j, k, color: "#ffffff", hoverinfo: "none", lighting: { ambient: 1, diffuse: 0 }, visible: Boolean(root) };
 }
 
 const traces = () => [rootsTrace(), tankTrace(), repairsTrace(), chosenTrace(), ...moreTraces.map((trace) => trace())];
@@ -113,8 +114,8 @@ async function drawSpace() {
 // What a point of a trace is: a root with a point, or a repair.
 function found(point) {
   if (point.curveNumber === TRACE.repairs) return { repair: data.repairs[point.pointNumber] };
-  const of = state.shape === "tubes" ? mesh : line;
-  return point.curveNumber === TRACE.roots ? { id: of.root[point.pointNumber], k: of.point[point.pointNumber] } : null;
+  const of = { [TRACE.roots]: state.shape === "tubes" ? mesh : line, [TRACE.chosen]: bright }[point.curveNumber];
+  return of ? { id: of.root[point.pointNumber], k: of.point[point.pointNumber] } : null;
 }
 
 function tell(what) {
