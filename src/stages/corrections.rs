@@ -29,7 +29,7 @@ pub struct Corrections {
 
 impl Stage for Corrections {
     const NAME: &'static str = "corrections";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn peak_bytes(&self) -> u64 {
         self.grid.len() as u64 * 4

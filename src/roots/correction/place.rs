@@ -59,20 +59,20 @@ impl Tree {
             let (point, distance_mm) = nearest(&r.root.points_mm, at);
             Spot { root, point, distance_mm }
         });
-        let (spot, second_mm) = pick(spots.collect(), at, within_mm, "root")?;
-        match second_mm {
-            Some(mm) => Err((
+        let near = pick(spots.collect(), at, within_mm, "root")?;
+        match near[..] {
+            [only] => Ok(only),
+            _ => Err((
                 Some(*at),
                 format!(
-                    "two roots are {:.2} and {mm:.2} mm from ({:.1}, {:.1}, {:.1}); name a place where the root runs alone",
-                    spot.distance_mm, at.x, at.y, at.z
+                    "two roots are {:.2} and {:.2} mm from ({:.1}, {:.1}, {:.1}); name a place where the root runs alone",
+                    near[0].distance_mm, near[1].distance_mm, at.x, at.y, at.z
                 ),
             )),
-            None => Ok(spot),
         }
     }
 
-    /// The end of a root at a place, and which it is.
+    /// The end of a root at a place, and which it is. Of ends that are about as near, the one that alone hangs on no other root.
     ///
     /// # Errors
     /// As [`Tree::on`].
@@ -83,14 +83,19 @@ impl Tree {
                 ends.push(Spot { root, point, distance_mm: (Vec3::from(r.root.points_mm[point]) - at).norm() });
             }
         }
-        let (spot, second_mm) = pick(ends, at, within_mm, "end of a root")?;
-        if let Some(mm) = second_mm {
-            let text = format!(
-                "two ends of roots are {:.2} and {mm:.2} mm from ({:.1}, {:.1}, {:.1})",
-                spot.distance_mm, at.x, at.y, at.z
-            );
-            return Err((Some(*at), text));
-        }
+        let near = pick(ends, at, within_mm, "end of a root")?;
+        let free: Vec<Spot> =
+            near.iter().copied().filter(|spot| spot.point > 0 || self.roots[spot.root].root.parent < 0).collect();
+        let spot = match (&near[..], &free[..]) {
+            ([only], _) | (_, [only]) => *only,
+            _ => {
+                let text = format!(
+                    "two ends of roots are {:.2} and {:.2} mm from ({:.1}, {:.1}, {:.1})",
+                    near[0].distance_mm, near[1].distance_mm, at.x, at.y, at.z
+                );
+                return Err((Some(*at), text));
+            }
+        };
         Ok((spot, if spot.point == 0 { End::First } else { End::Last }))
     }
 
@@ -106,8 +111,8 @@ impl Tree {
     }
 }
 
-/// The nearest, and how far the second is where it is about as near.
-fn pick(mut all: Vec<Spot>, at: &Vec3, within_mm: f64, what: &str) -> Found<(Spot, Option<f64>)> {
+/// The nearest, and those that are about as near.
+fn pick(mut all: Vec<Spot>, at: &Vec3, within_mm: f64, what: &str) -> Found<Vec<Spot>> {
     all.sort_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm));
     let near = all.first().copied().filter(|spot| spot.distance_mm <= within_mm);
     let Some(spot) = near else {
@@ -120,6 +125,6 @@ fn pick(mut all: Vec<Spot>, at: &Vec3, within_mm: f64, what: &str) -> Found<(Spo
         };
         return Err((Some(*at), text));
     };
-    let rival = all.get(1).map(|second| second.distance_mm);
-    Ok((spot, rival.filter(|mm| *mm <= (AS_NEAR * spot.distance_mm).max(AS_NEAR_MM))))
+    all.retain(|other| other.distance_mm <= (AS_NEAR * spot.distance_mm).max(AS_NEAR_MM) || other == &spot);
+    Ok(all)
 }

@@ -174,6 +174,22 @@ fn the_base_may_be_any_end() {
 }
 
 #[test]
+fn of_ends_at_one_place_the_free_one_is_meant() {
+    let mut roots = plant();
+    roots.push(root(5, 0, 1, &[[0.0, 0.0, 0.0], [30.0, 0.0, 5.0]]));
+    let system = RootSystem { roots, spread_px: Some(1.0), repairs: Vec::new() };
+    let world = World { ray: &blind, evidence: None, params: CorrectionParams::default() };
+    let base = |x| vec![made(Change::Base { at: at(x, 0.0, 0.0) })];
+    let (_, outcomes) = correct(system.clone(), &base(0.0), &world).unwrap();
+    assert!(outcomes[0].applied && outcomes[0].found.contains("80.0 mm long"), "{outcomes:?}");
+    // Two free ends are told apart by nothing.
+    let mut both = system;
+    both.roots[5].root.parent = -1;
+    let (_, outcomes) = correct(both, &base(0.0), &world).unwrap();
+    assert!(!outcomes[0].applied && outcomes[0].found.contains("two ends of roots"), "{outcomes:?}");
+}
+
+#[test]
 fn a_checked_root_stays_as_it_is() {
     let (roots, outcome) = after(Change::Checked { at: at(30.0, 0.0, 20.0) });
     assert!(outcome.applied);

@@ -1,5 +1,5 @@
 // Corrections by click: what is wrong, then the places; the server writes them into the study's file of corrections.
-// A field is a place on a root: any of it ("whole": the one that is farthest from all other roots), where the click was ("here"),
+// A field is a place on a root: any of it ("whole": the one that is farthest from all other roots), where the click was ("here": where it runs alone),
 // or the nearer end ("end").
 const TOOLS = {
   remove: [["at", "whole", "the root that goes, with all that springs from it"]],
@@ -16,6 +16,7 @@ const TIES = {
   continues: [["continues", "end", "the root that goes on in the new one, near its end"]],
   none: [],
 };
+const ALONE_MM = 0.5;
 let tool = null, awaited = null, told = null;
 data.places = [];
 TRACE.places = 3 + moreTraces.push(placesTrace);
@@ -35,17 +36,32 @@ function markPlaces(places) {
 const placeOf = (root, k) => root.xyz.slice(3 * k, 3 * k + 3);
 const endOf = (root, k) => placeOf(root, k < root.d.length / 2 ? 0 : root.d.length - 1);
 
+// From a point of a root to the nearest line of another, mm.
+function aloneMm(root, k) {
+  const [x, y, z] = placeOf(root, k);
+  let least = Infinity;
+  for (const other of data.roots) {
+    if (other === root) continue;
+    for (let n = 0; n + 1 < other.d.length; n++) {
+      const [a, b] = [placeOf(other, n), placeOf(other, n + 1)], along = b.map((v, c) => v - a[c]), off = [x - a[0], y - a[1], z - a[2]];
+      const dot = (u, v) => u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+      const t = Math.min(1, Math.max(0, dot(off, along) / (dot(along, along) || 1)));
+      least = Math.min(least, Math.hypot(...off.map((v, c) => v - t * along[c])));
+    }
+  }
+  return least;
+}
+
 // The point of a root that is farthest from all others: there nothing else can be meant.
 function clearPlace(root) {
-  const others = data.roots.filter((other) => other !== root);
-  let best = 0, farthest = -1;
-  for (let k = 0; k < root.d.length; k++) {
-    const [x, y, z] = placeOf(root, k);
-    let far = Infinity;
-    for (const { xyz } of others) for (let n = 0; n < xyz.length; n += 3) far = Math.min(far, (xyz[n] - x) ** 2 + (xyz[n + 1] - y) ** 2 + (xyz[n + 2] - z) ** 2);
-    if (far > farthest) [best, farthest] = [k, far];
-  }
-  return placeOf(root, best);
+  const alone = root.d.map((_, k) => aloneMm(root, k));
+  return placeOf(root, alone.indexOf(Math.max(...alone)));
+}
+
+// The point of a root nearest to the clicked one where it runs alone: where roots meet, a place does not tell which is meant.
+function herePlace(root, k) {
+  const nearest = root.d.map((_, n) => n).sort((a, b) => Math.abs(a - k) - Math.abs(b - k));
+  return placeOf(root, nearest.find((n) => aloneMm(root, n) > ALONE_MM) ?? k);
 }
 
 const nextField = () => tool && tool.fields.find(([field]) => !(field in tool.entry));
@@ -81,7 +97,7 @@ async function sendCorrection(entry) {
 function givePlace(root, k) {
   const field = nextField();
   if (!field) return;
-  tool.entry[field[0]] = { whole: clearPlace, here: placeOf, end: endOf }[field[1]](root, k);
+  tool.entry[field[0]] = { whole: clearPlace, here: herePlace, end: endOf }[field[1]](root, k);
   markPlaces(tool.fields.map(([name]) => tool.entry[name]).filter(Boolean));
   if (nextField()) return tellTool();
   const { kind, entry } = tool;
