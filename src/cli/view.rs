@@ -11,7 +11,8 @@ use std::sync::{Arc, OnceLock};
 ///
 /// Brings the study up to date and serves its page on this machine alone, at an address that holds a secret: whoever has it can
 /// change the study. Settings of extraction, tracing and hierarchy have sliders; "Keep" writes them into the study file. Roots that are
-/// wrong are corrected by click; corrections are written into the study's file of corrections. What is computed is in the store, as after `rootvox run`. Ctrl-C ends it and loses nothing.
+/// wrong are corrected by click; corrections are written into the study's file of corrections. What is computed is in the store, as after
+/// `rootvox run`. Ctrl-C ends it and loses nothing.
 ///
 /// On another machine: ssh -L 8000:127.0.0.1:8000 HOST, there `rootvox view STUDY --port 8000 --no-open`, and open the address that it
 /// prints here.

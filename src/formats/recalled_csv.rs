@@ -3,6 +3,7 @@
 use super::tables;
 use crate::error::Result;
 use crate::growth::recall::Recalled;
+use crate::roots::traits::topology::length_mm;
 
 /// The columns of `recalled.csv`.
 pub const COLUMNS: [&str; 6] = ["root_id", "day", "by_day", "length_mm", "contrast", "chance"];
@@ -15,9 +16,7 @@ pub fn write(recalled: &[Recalled], days: &[f64]) -> Result<Vec<u8>> {
     let number = |x: f64| (x * 1e4).round() / 1e4 + 0.0;
     let rows = recalled.iter().map(|one| {
         let [day, by] = one.days.map(|n| number(days[n] - days[0]));
-        let step = |p: &[[f64; 3]]| (0..3).map(|d| (p[1][d] - p[0][d]).powi(2)).sum::<f64>().sqrt();
-        let length_mm: f64 = one.root.root.points_mm.windows(2).map(step).sum();
-        (one.root.root.id, day, by, number(length_mm), number(one.contrast), number(one.chance))
+        (one.root.root.id, day, by, number(length_mm(&one.root.root)), number(one.contrast), number(one.chance))
     });
     tables::csv(&COLUMNS, rows)
 }

@@ -3,8 +3,8 @@
 use super::{Recalled, Wanted};
 use crate::growth::follow::{FollowParams, Growth};
 use crate::growth::motion::Motion;
-use crate::optics::Vec3;
 use crate::roots::TracedRoot;
+use crate::roots::traits::topology::length_mm;
 
 /// The roots that day `day` misses, in its own frame, parents first; `days` have the roots of each day in the frame of the first, under their
 /// common numbers.
@@ -17,7 +17,7 @@ pub fn wanted(growth: &Growth, days: &[Vec<TracedRoot>], day: usize, first_from_
         .filter_map(|track| {
             let later = (day + 1..days.len()).find_map(|d| Some((d, of(d, track.id)?)));
             let earlier = (0..day).rev().find_map(|d| Some((d, of(d, track.id)?)));
-            let least_mm = earlier.map_or(0.0, |(_, root)| length(root));
+            let least_mm = earlier.map_or(0.0, |(_, root)| length_mm(&root.root));
             let (by, root) = later.or(earlier)?;
             let mut line = inverse(root, first_from_day);
             // On some day it may hang on none: the last one knows best.
@@ -31,11 +31,6 @@ pub fn wanted(growth: &Growth, days: &[Vec<TracedRoot>], day: usize, first_from_
 
 fn inverse(root: &TracedRoot, first_from_day: &Motion) -> TracedRoot {
     TracedRoot { root: first_from_day.inverse().root(&root.root), ..root.clone() }
-}
-
-fn length(root: &TracedRoot) -> f64 {
-    let step = |p: &[[f64; 3]]| (Vec3::from(p[1]) - Vec3::from(p[0])).norm();
-    root.root.points_mm.windows(2).map(step).sum()
 }
 
 /// The roots over days with those that were found with another day's help; `days` get them too.

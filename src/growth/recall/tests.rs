@@ -1,32 +1,14 @@
 //! Photographs drawn with roots fainter than any threshold takes, and what other days' lines find there.
 
 use super::*;
-use crate::optics::{Distortion, Index, Lens, Mat3, View, ViewMap};
+use crate::optics::ViewMap;
 use crate::photo::evidence::share::{SPAN, ZERO};
+use crate::roots::explain::tests::{ring, tank};
 use crate::roots::explain::{ExplainParams, explain};
 use ndarray::Array3;
 
 const VIEWS: usize = 18;
 const SPREAD_PX: f64 = 0.6;
-
-fn tank() -> Tank {
-    let index = Index { air: 1.0, wall: 1.49, water: 1.333 };
-    Tank { radius_mm: 40.0, height_mm: 120.0, wall_mm: 3.0, water_level_mm: 10.0, index, belts_mm: Vec::new() }
-}
-
-/// Cameras all round at the height of the roots' middle, 2.6 px per mm.
-fn ring() -> Vec<ViewMap> {
-    let lens =
-        Lens { width: 220, height: 220, focal_px: 650.0, cx: 109.5, cy: 109.5, distortion: Distortion::default() };
-    let view = |k: usize| {
-        let (sin, cos) = (std::f64::consts::TAU * k as f64 / VIEWS as f64).sin_cos();
-        let (forward, down) = (Vec3::new(-cos, -sin, 0.0), Vec3::z());
-        let rotation = Mat3::from_rows(&[down.cross(&forward).transpose(), down.transpose(), forward.transpose()]);
-        let translation_mm = -(rotation * Vec3::new(250.0 * cos, 250.0 * sin, 60.0));
-        ViewMap::new(&View { lens, rotation, translation_mm }, &tank()).unwrap()
-    };
-    (0..VIEWS).map(view).collect()
-}
 
 fn noise(a: usize, b: usize, c: usize) -> f64 {
     let unit = |salt: u64| {
@@ -78,7 +60,7 @@ struct Day(Vec<ViewMap>, Vec<Array3<u8>>);
 
 impl Day {
     fn showing(roots: &[(&TracedRoot, f64)]) -> Self {
-        let maps = ring();
+        let maps = ring(VIEWS);
         let pictures = photographs(&maps, roots);
         Self(maps, pictures)
     }

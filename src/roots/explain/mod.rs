@@ -31,7 +31,7 @@ pub mod tubes;
 pub mod width;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use super::link::tree_of;
 use super::ridge::RidgePoint;

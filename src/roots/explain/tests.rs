@@ -11,18 +11,18 @@ const SPREAD_PX: f64 = 0.5;
 /// Places per pixel and direction at which a drawing is sampled.
 const FINE: usize = 3;
 
-fn tank() -> Tank {
+pub(crate) fn tank() -> Tank {
     let index = Index { air: 1.0, wall: 1.49, water: 1.333 };
     Tank { radius_mm: 40.0, height_mm: 120.0, wall_mm: 3.0, water_level_mm: 10.0, index, belts_mm: Vec::new() }
 }
 
-/// Cameras all round at the height of the roots' middle, 2.6 px per mm.
-fn ring() -> Vec<ViewMap> {
+/// That many cameras all round at the height of the roots' middle, 2.6 px per mm.
+pub(crate) fn ring(views: usize) -> Vec<ViewMap> {
     let lens =
         Lens { width: 220, height: 220, focal_px: 650.0, cx: 109.5, cy: 109.5, distortion: Distortion::default() };
-    (0..VIEWS)
+    (0..views)
         .map(|k| {
-            let (sin, cos) = (std::f64::consts::TAU * k as f64 / VIEWS as f64).sin_cos();
+            let (sin, cos) = (std::f64::consts::TAU * k as f64 / views as f64).sin_cos();
             let forward = Vec3::new(-cos, -sin, 0.0);
             let down = Vec3::z();
             let rotation = Mat3::from_rows(&[down.cross(&forward).transpose(), down.transpose(), forward.transpose()]);
@@ -87,7 +87,7 @@ fn photograph(map: &ViewMap, tubes: &[(TracedRoot, f64)]) -> Array3<u8> {
 
 /// Which of the candidates stay, as the share of their length, where the photographs show the first `true_ones` of them.
 fn stays(candidates: &[(TracedRoot, f64)], true_ones: usize) -> Vec<f64> {
-    let maps = ring();
+    let maps = ring(VIEWS);
     let pictures: Vec<Array3<u8>> = maps.iter().map(|map| photograph(map, &candidates[..true_ones])).collect();
     let witnesses: Vec<Witness<'_>> = maps
         .iter()
@@ -140,7 +140,7 @@ fn a_ridge_goes_on_into_the_water_and_is_cut_there() {
     let (whole, radius_mm) = upright(0.0, 0.0, 0.5);
     let half = straight([0.0, 0.0, 35.0], [0.0, 0.0, 60.0], radius_mm);
     // The photographs show the half; the only candidate is the whole.
-    let maps = ring();
+    let maps = ring(VIEWS);
     let pictures: Vec<Array3<u8>> = maps.iter().map(|map| photograph(map, std::slice::from_ref(&half))).collect();
     let witnesses: Vec<Witness<'_>> = maps
         .iter()
@@ -165,7 +165,7 @@ fn behind_a_fence(left_out: &[usize]) -> (Vec<(TracedRoot, f64)>, usize) {
     let fences = roots.len();
     roots.push(straight([0.0, 0.3, 40.0], [0.5, -0.4, 80.0], 0.35));
     let shows = |map: &&ViewMap| photograph(map, &roots[..fences]) != photograph(map, &roots);
-    let showing = ring().iter().filter(shows).count();
+    let showing = ring(VIEWS).iter().filter(shows).count();
     (roots, showing)
 }
 

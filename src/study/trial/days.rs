@@ -18,8 +18,6 @@ pub struct Days {
     pub captures: Vec<usize>,
     /// Its roots over days.
     pub follow: NodeId,
-    /// Whether days helped each other find them.
-    pub recalled: bool,
 }
 
 /// Adds the nodes of all plants with several days; `captures` run as the batch's studies, which are no sweeps.
@@ -40,12 +38,10 @@ pub(super) fn add(batch: &mut Batch, captures: &[Capture]) -> Vec<Days> {
             continue;
         }
         let Some(follow) = of_plant(batch, plant, &dated, captures) else { continue };
-        let recalled = recalled(batch, plant, &dated, captures, follow);
         all.push(Days {
             plant: plant.to_owned(),
             captures: dated.iter().map(|(_, n)| *n).collect(),
-            follow: recalled.unwrap_or(follow),
-            recalled: recalled.is_some(),
+            follow: recalled(batch, plant, &dated, captures, follow).unwrap_or(follow),
         });
     }
     all

@@ -25,7 +25,8 @@ pub(super) fn of(tried: &Tried<'_>, all: &[Option<Gathered>]) -> Result<Vec<(&'s
         ("effects.csv", effects_table(&effects(tried, all))?),
         ("growth.csv", of_plants(tried, "growth.csv", &growth_csv::COLUMNS)?),
     ];
-    if tried.trial.days.iter().any(|days| days.recalled) {
+    let helped = tried.followed().map(|days| Ok(tried.report.artefact(days.follow)?.has("recalled.csv")));
+    if helped.collect::<Result<Vec<bool>>>()?.contains(&true) {
         all_tables.push(("recalled.csv", of_plants(tried, "recalled.csv", &recalled_csv::COLUMNS)?));
     }
     Ok(all_tables)
