@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-use super::digest::{Digest, Key};
+use super::digest::{self, Digest, Key};
 use super::element::Dtype;
 use crate::error::{Error, Result};
 
@@ -145,6 +145,11 @@ pub struct Manifest {
 }
 
 impl Manifest {
+    /// Whether it is the record of the node `key`, and its members are those that its digest was made of.
+    pub(super) fn is_sound(&self, key: Key) -> bool {
+        self.format == FORMAT && self.key == key && digest::of_members(&self.members) == self.digest
+    }
+
     /// Bytes on disk of all members.
     pub fn bytes(&self) -> u64 {
         self.members.iter().map(|member| member.bytes).sum()

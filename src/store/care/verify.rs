@@ -85,7 +85,8 @@ pub(in crate::store) fn check_node(folder: &Path, key: Key) -> Result<u64> {
     let path = folder.join("manifest.json");
     let text = std::fs::read(&path).map_err(|e| Error::io("read", &path, e))?;
     let manifest: Manifest = serde_json::from_slice(&text).map_err(|e| Error::io("understand", &path, e))?;
-    if manifest.format != FORMAT || manifest.key != key {
+    let stage = folder.parent().and_then(|shelf| shelf.file_name());
+    if manifest.format != FORMAT || manifest.key != key || stage.is_none_or(|stage| *stage != *manifest.stage) {
         return Err(Error::failed("the manifest belongs to another node"));
     }
     if digest::of_members(&manifest.members) != manifest.digest {
@@ -111,7 +112,8 @@ pub(in crate::store) fn check_node(folder: &Path, key: Key) -> Result<u64> {
     Ok(manifest.bytes())
 }
 
-fn check_member(folder: &Path, member: &Member) -> Result<()> {
+/// Fails where a member in the folder of its node is not what was written.
+pub(in crate::store) fn check_member(folder: &Path, member: &Member) -> Result<()> {
     let path = folder.join(&member.name);
     let (digest, bytes) = match member.kind {
         MemberKind::Bytes => files::digest_file(&path)?,
