@@ -9,7 +9,7 @@ use crate::study::batch::Batch;
 use crate::study::plants::Only;
 use crate::study::sweep_results::Swept;
 use crate::study::trial::Trial;
-use crate::study::trial::results::Tried;
+use crate::study::trial::tried::Tried;
 use crate::study::{command, results};
 use clap::Args;
 use std::path::Path;

@@ -5,11 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
-
 use super::change::Change;
 use super::event::Event;
-use super::graph::{Graph, Kind, NodeId};
+use super::found::read_files;
+use super::graph::{Graph, NodeId};
 use super::plan::{self, Plan, Step};
 use super::run::{self, Job, Outcome};
 use super::schedule::{Schedule, Taken, Want};
@@ -316,18 +315,6 @@ impl<'a> Shared<'a> {
     fn lock(&self) -> MutexGuard<'_, State<'a>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-/// The content of all files that are reached, read in parallel where the store does not remember them.
-pub(super) fn read_files(graph: &Graph, store: &Store, reached: &[bool]) -> Vec<(usize, Result<Artefact>)> {
-    let files = graph.nodes.iter().enumerate().filter_map(|(n, node)| match &node.kind {
-        Kind::File(path) if reached[n] => Some((n, path)),
-        _ => None,
-    });
-    let read = |(n, path): (usize, &std::path::PathBuf)| {
-        (n, store.file_digest(path).map(|(digest, bytes)| Artefact::file(path, digest, bytes)))
-    };
-    files.collect::<Vec<_>>().into_par_iter().map(read).collect()
 }
 
 struct Entry {

@@ -9,9 +9,9 @@ use serde_json::Value;
 use super::array::ArrayReader;
 use super::canonical;
 use super::care::verify::check_member;
-use super::digest::{self, Digest};
+use super::digest::Digest;
 use super::element::Element;
-use super::manifest::{Manifest, Member, MemberKind};
+use super::manifest::{Manifest, Member, MemberKind, digest_of};
 use super::virtual_array::VirtualArtefact;
 use crate::error::{Error, Result};
 
@@ -74,7 +74,7 @@ impl Artefact {
 
     /// Digest over all members.
     pub fn digest(&self) -> Digest {
-        digest::of_members(&self.0.members)
+        digest_of(&self.0.members)
     }
 
     /// Names of the members.

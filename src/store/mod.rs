@@ -62,12 +62,12 @@ pub use files::{leads_inside, shared_files, tree};
 pub use free::{write_array, write_group};
 pub use history::Past;
 pub use holder::{Holder, is_left_over, tag as process_tag};
-pub use manifest::{FORMAT, InputRecord, Manifest, Member, MemberKind, Params};
+pub use manifest::{FORMAT, InputRecord, Manifest, Member, MemberKind, Params, digest_of};
 pub use output::Output;
 pub use remote::Pushed;
 pub use share::Destination;
 pub use usage::InUse;
-pub use virtual_array::{ArraySpec, Slab, SlabSource, VirtualArtefact, digest_of};
+pub use virtual_array::{ArraySpec, Slab, SlabSource, VirtualArtefact};
 
 use crate::error::{Error, Result};
 use claim::Claims;
@@ -237,7 +237,7 @@ impl Store {
     pub fn close(&self, draft: &mut Draft, record: &mut Manifest) -> Result<()> {
         let output = std::mem::replace(&mut draft.output, Output::new(&draft.folder));
         (record.members, record.warnings) = output.close()?;
-        record.digest = digest::of_members(&record.members);
+        record.digest = digest_of(&record.members);
         Ok(())
     }
 

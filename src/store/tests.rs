@@ -6,9 +6,9 @@ use ndarray::{Array2, ArrayD, Axis, IxDyn, Slice};
 use proptest::prelude::*;
 
 use super::array::{ArrayReader, SlabWriter};
-use super::digest::{self, ArrayHasher, Digest};
+use super::digest::{ArrayHasher, Digest};
 use super::element::{Dtype, Element};
-use super::manifest::{Member, MemberKind};
+use super::manifest::{Member, MemberKind, digest_of};
 
 fn names(rank: usize) -> Vec<&'static str> {
     ["t", "z", "y", "x", "c"][..rank].to_vec()
@@ -132,8 +132,8 @@ fn the_digest_of_an_artefact_is_pinned() {
         digest: Digest::of(b"hello"),
         bytes: 5,
     };
-    let both = digest::of_members(&[array.clone(), text.clone()]);
-    assert_eq!(both, digest::of_members(&[text, Member { bytes: 9, ..array }]), "neither order nor size on disk count");
+    let both = digest_of(&[array.clone(), text.clone()]);
+    assert_eq!(both, digest_of(&[text, Member { bytes: 9, ..array }]), "neither order nor size on disk count");
     assert_eq!(
         both.to_string(),
         "a58998ae14ccf780d055d6d6a44ce0f17d89b328f16301893b231908cf21ddea",

@@ -230,7 +230,8 @@ mod tests {
         }
         check_place(dir.path(), "b").unwrap();
         sweep(&dir.path().join("a"), "a");
-        let mut left: Vec<_> = fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        let mut left: Vec<String> =
+            fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
         left.sort();
         assert_eq!(left, [format!(".a-{tag}x"), "a".to_owned()], "the living keeps its own");
         assert_eq!(fs::read_to_string(dir.path().join("a/mine.txt")).unwrap(), format!(".a-{dead}x.old"));

@@ -8,9 +8,9 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::store::array::ArrayReader;
-use crate::store::digest::{self, ArrayHasher, Digest, Key};
+use crate::store::digest::{ArrayHasher, Digest, Key};
 use crate::store::element::{Dtype, Element};
-use crate::store::manifest::{FORMAT, Manifest, Member, MemberKind};
+use crate::store::manifest::{FORMAT, Manifest, Member, MemberKind, digest_of};
 use crate::store::virtual_array::ArraySpec;
 use crate::store::{Store, canonical, files};
 
@@ -89,7 +89,7 @@ pub(in crate::store) fn check_node(folder: &Path, key: Key) -> Result<u64> {
     if manifest.format != FORMAT || manifest.key != key || stage.is_none_or(|stage| *stage != *manifest.stage) {
         return Err(Error::failed("the manifest belongs to another node"));
     }
-    if digest::of_members(&manifest.members) != manifest.digest {
+    if digest_of(&manifest.members) != manifest.digest {
         return Err(Error::failed("the digests of the members do not add up to that of the node"));
     }
     let mut expected: BTreeSet<String> = BTreeSet::from(["manifest.json".to_owned()]);
