@@ -387,7 +387,13 @@ def main():
             plan = [(kind, n) for kind in KINDS for n in range(getattr(options, kind))]
         done = 0
         with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-            for (kind, _), verdict in zip(plan, pool.map(lambda trial: campaign.trial(*trial), plan)):
+            trials = [pool.submit(campaign.trial, *trial) for trial in plan]
+            for (kind, _), trial in zip(plan, trials):
+                try:
+                    verdict = trial.result()
+                except KeyboardInterrupt:
+                    pool.shutdown(cancel_futures=True)
+                    raise
                 if verdict is None:
                     bugs[kind] += 1
                 else:
@@ -395,13 +401,15 @@ def main():
                 done += 1
                 if done % 50 == 0:
                     print(f"{done} of {len(plan)} trials, {sum(bugs.values())} bugs", flush=True)
+    except KeyboardInterrupt:
+        print("stopped; so far:")
     finally:
         if not options.keep:
             shutil.rmtree(work, ignore_errors=True)
     print(f"{'fault':9} {'of':15} {'the run itself':15} {'same results after':24} trials")
     for row, count in sorted(table.items(), key=lambda item: (KINDS.index(item[0][0]), item[0])):
         print(f"{row[0]:9} {row[1]:15} {row[2]:15} {row[3]:24} {count:6}")
-    print(f"{len(plan)} trials, {sum(bugs.values())} bugs, {time.time() - begun:.0f} s")
+    print(f"{sum(table.values()) + sum(bugs.values())} trials, {sum(bugs.values())} bugs, {time.time() - begun:.0f} s")
     sys.exit(1 if bugs else 0)
 
 
