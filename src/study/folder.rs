@@ -95,8 +95,10 @@ pub fn check_place(results_dir: &Path, name: &str) -> Result<()> {
     check_free(&target)?;
     let mut there = results_dir.ancestors().filter(|a| a.as_os_str().is_empty() || a.exists());
     let there = there.next().filter(|a| !a.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let tried = tempfile::Builder::new().prefix(&format!(".{name}-{}", process_tag())).tempdir_in(there);
-    tried.map(drop).map_err(|e| Error::io("write into", results_dir, e).help("name another folder with --results"))
+    // A file without a name: nothing can stay behind.
+    tempfile::tempfile_in(there)
+        .map(drop)
+        .map_err(|e| Error::io("write into", results_dir, e).help("name another folder with --results"))
 }
 
 /// Removes what processes that are gone left beside the results of study `name`. Where one died between the two renames that
