@@ -52,7 +52,7 @@ class Scene:
         free = {k: v for k, v in os.environ.items() if not k.startswith(("ROOTVOX", "FAULT"))}
         process = subprocess.Popen(
             [self.program, *words], cwd=self.folder, stdin=subprocess.DEVNULL, stdout=says, stderr=says,
-            env={**free, "RUST_BACKTRACE": "0", **environment})
+            env={**free, "RUST_BACKTRACE": "0", **environment}, start_new_session=True)
         process.says, process.words = says, words
         return process
 
@@ -384,7 +384,9 @@ def main():
             kind, n = options.only.split(":")
             plan = [(kind, int(n))]
         else:
-            plan = [(kind, n) for kind in KINDS for n in range(getattr(options, kind))]
+            # In turn, so that a campaign that is stopped has done some of each.
+            share = lambda trial: (trial[1] + 0.5) / getattr(options, trial[0])
+            plan = sorted(((kind, n) for kind in KINDS for n in range(getattr(options, kind))), key=share)
         done = 0
         with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
             trials = [pool.submit(campaign.trial, *trial) for trial in plan]

@@ -14,7 +14,7 @@ use super::run::{self, Job, Outcome};
 use super::schedule::{Schedule, Taken, Want};
 use super::stage::Progress;
 use crate::error::{Error, Result};
-use crate::store::{Artefact, Digest, Key, Manifest, Store};
+use crate::store::{Artefact, Digest, InUse, Key, Manifest, Store};
 
 /// How often progress is reported.
 const TICK: Duration = Duration::from_millis(100);
@@ -109,7 +109,7 @@ impl<'a> Engine<'a> {
     /// # Errors
     /// The interruption.
     pub fn attempt(&self, graph: &Graph, targets: &[NodeId]) -> Result<(Report, Vec<(NodeId, Error)>)> {
-        let _in_use = self.store.use_it();
+        let in_use = self.store.use_it();
         let mut schedule = Schedule::new(graph, self.store, &*self.on_event);
         schedule.log.clone_from(&self.log);
         let reachable = graph.upstream(targets);
@@ -149,7 +149,7 @@ impl<'a> Engine<'a> {
             ran: slot.ran,
         });
         let labels = graph.nodes.iter().map(|node| node.label.clone()).collect();
-        Ok((Report { labels, entries: entries.collect() }, failures))
+        Ok((Report { labels, entries: entries.collect(), _in_use: in_use }, failures))
     }
 
     /// What [`Engine::run`] would do, and why, without doing it.
@@ -329,6 +329,8 @@ struct Entry {
 pub struct Report {
     labels: Vec<String>,
     entries: Vec<Entry>,
+    /// Cleaning waits until what was found and made is copied out.
+    _in_use: InUse,
 }
 
 impl Report {
