@@ -6,6 +6,9 @@
 //! [`evaluation`], [`formats`], [`report`]; beside them the engine, [`store`] and [`flow`], which
 //! knows nothing of roots; above them [`stages`], where domain and engine meet, [`study`], [`view`] and [`cli`].
 
+// `eprintln!` panics where a log lies on a full disk: `cli::terminal` does not.
+#![cfg_attr(not(test), warn(clippy::print_stderr))]
+
 pub mod calibration;
 pub mod cli;
 pub mod error;

@@ -6,7 +6,7 @@
 use rootvox::flow::{Engine, Graph};
 use rootvox::optics::Vec3;
 use rootvox::roots::correction::difference::difference;
-use rootvox::roots::correction::place::nearest;
+use rootvox::roots::correction::nearest::nearest;
 use rootvox::roots::correction::{Change, Correction, CorrectionParams, Outcome, Sighting, Spot, Tie, World, correct};
 use rootvox::roots::{Root, RootSystem, TracedRoot, curve};
 use rootvox::store::Store;

@@ -9,7 +9,6 @@
 //! 5. `Σ ρ(distance / scale)` is minimised over scale, rotation (angle-axis) and translation by Powell's method, on a
 //!    growing number of views.
 
-use super::register::Edge;
 use super::similarity::Similarity;
 use super::sparse::SparseModel;
 use crate::error::{Error, Result};
@@ -22,6 +21,19 @@ use nalgebra::{Rotation3, Vector2};
 use ndarray::{Array2, Array3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+
+/// A place where a photograph shows the tank's edge.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Edge {
+    /// Index of the view.
+    pub view: usize,
+    /// Column in the photograph, px.
+    pub u: f64,
+    /// Row in the photograph, px.
+    pub v: f64,
+    /// From the seen edge to where the registration puts it, px.
+    pub miss_px: [f64; 2],
+}
 
 /// One step of the growing schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -17,5 +17,6 @@ pub mod similarity;
 pub mod sparse;
 pub mod start;
 
-pub use register::{Edge, LensPrior, Method, RegisterParams, Registration, register};
+pub use chamfer::Edge;
+pub use register::{LensPrior, Method, RegisterParams, Registration, register};
 pub use sparse::SparseModel;

@@ -11,7 +11,7 @@
 //! structure from motion gave them.
 
 use super::adjust::{self, AdjustParams, Adjusted, Contour, Network, Shape};
-use super::chamfer::{ChamferParams, chamfer};
+use super::chamfer::{ChamferParams, Edge, chamfer};
 use super::height::{check_height, lay_height};
 use super::outline::{self, OutlineParams};
 use super::patches::{self, PatchParams};
@@ -70,19 +70,6 @@ impl Default for RegisterParams {
             chamfer: ChamferParams::default(),
         }
     }
-}
-
-/// A place where a photograph shows the tank's edge.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Edge {
-    /// Index of the view.
-    pub view: usize,
-    /// Column in the photograph, px.
-    pub u: f64,
-    /// Row in the photograph, px.
-    pub v: f64,
-    /// From the seen edge to where the registration puts it, px.
-    pub miss_px: [f64; 2],
 }
 
 /// Cameras in the tank frame with what a person wants to know about them.

@@ -1,5 +1,6 @@
 //! `rootvox belt`: a strip to print and glue around the tank.
 
+use super::terminal::talkln;
 use crate::error::{Error, Result};
 use crate::formats::belt_svg::belt_svg;
 use clap::Args;
@@ -45,7 +46,7 @@ impl Belt {
     pub fn run(&self) -> Result<()> {
         let svg = belt_svg(self.radius, self.height, self.seed, self.sheet, self.overlap)?;
         fs::write(&self.out, svg).map_err(|e| Error::io("write", &self.out, e))?;
-        eprintln!("belt written: {}", self.out.display());
+        talkln!("belt written: {}", self.out.display());
         Ok(())
     }
 }

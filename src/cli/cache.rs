@@ -2,6 +2,7 @@
 
 use super::options::{StoreOptions, bytes, human_bytes};
 use super::reach::{Reach, reach};
+use super::terminal::{dataln, talkln};
 use crate::error::{Error, Result};
 use crate::store::care::Collect;
 use crate::store::{Key, Store};
@@ -109,7 +110,6 @@ impl Cache {
     ///
     /// # Errors
     /// Where the store cannot be read or written, or holds damaged nodes.
-    #[expect(clippy::print_stdout, reason = "the figures are the data")]
     pub fn run(&self) -> Result<()> {
         match &self.action {
             Action::Ls { store, stage } => {
@@ -121,7 +121,7 @@ impl Cache {
                     let m = &listed.manifest;
                     if stage.as_ref().is_none_or(|s| *s == m.stage) {
                         let size = if m.is_virtual { "no values".into() } else { human_bytes(m.bytes()) };
-                        println!("{:12} {:24} {size:>10} {:8.2} s  {}", m.stage, m.label, m.seconds, m.key);
+                        dataln!("{:12} {:24} {size:>10} {:8.2} s  {}", m.stage, m.label, m.seconds, m.key);
                     }
                 }
             }
@@ -129,7 +129,7 @@ impl Cache {
                 let store = store.existing()?;
                 let (mut nodes, mut total) = (0, 0);
                 for (stage, usage) in store.usage()? {
-                    println!(
+                    dataln!(
                         "{stage:12} {:6} nodes {:>10} {:10.1} s",
                         usage.nodes,
                         human_bytes(usage.bytes),
@@ -138,7 +138,7 @@ impl Cache {
                     nodes += usage.nodes;
                     total += usage.bytes;
                 }
-                println!("{:12} {nodes:6} nodes {:>10}", "all", human_bytes(total));
+                dataln!("{:12} {nodes:6} nodes {:>10}", "all", human_bytes(total));
                 let reached = reaches(&store, study)?;
                 by_study(&store, &reached.iter().map(|r| (r.name.clone(), r.keys())).collect::<Vec<_>>())?;
             }
@@ -147,7 +147,7 @@ impl Cache {
                 for reach in reaches(&store, study)? {
                     let keys = reach.keys();
                     store.pin(&reach.name, &keys)?;
-                    println!("pinned `{}`: {} nodes", reach.name, keys.len());
+                    dataln!("pinned `{}`: {} nodes", reach.name, keys.len());
                 }
             }
             Action::Unpin { store, name } => store.existing()?.unpin(name)?,
@@ -173,7 +173,7 @@ impl Cache {
                 let rules = Collect { max_bytes: *keep, max_age, keep_only, dry_run: *dry_run };
                 let gone = store.collect(&rules)?;
                 let verb = if *dry_run { "would remove" } else { "removed" };
-                println!(
+                dataln!(
                     "{verb} {} nodes and the values of {}: {}; {} nodes with {} stay",
                     gone.nodes,
                     gone.emptied,
@@ -201,13 +201,12 @@ fn check_stage(stage: &str, held: BTreeSet<&str>) -> Result<()> {
 fn reaches(store: &Store, studies: &[PathBuf]) -> Result<Vec<Reach>> {
     let reaches: Vec<Reach> = studies.iter().map(|path| reach(store, path)).collect::<Result<_>>()?;
     for reach in reaches.iter().filter(|reach| reach.pending > 0) {
-        eprintln!("{}: {} nodes are not in the store; what hangs on them is not known", reach.name, reach.pending);
+        talkln!("{}: {} nodes are not in the store; what hangs on them is not known", reach.name, reach.pending);
     }
     Ok(reaches)
 }
 
 /// Per study its nodes, their size, and the size of those that no other one of the list reaches.
-#[expect(clippy::print_stdout, reason = "the figures are the data")]
 fn by_study(store: &Store, studies: &[(String, BTreeSet<Key>)]) -> Result<()> {
     if studies.is_empty() {
         return Ok(());
@@ -220,7 +219,7 @@ fn by_study(store: &Store, studies: &[(String, BTreeSet<Key>)]) -> Result<()> {
         let all: u64 = held.iter().map(|(_, bytes)| bytes).sum();
         let alone: u64 = held.iter().filter(|(key, _)| !others(key)).map(|(_, bytes)| bytes).sum();
         let (all, alone) = (human_bytes(all), human_bytes(alone));
-        println!("{:24} {:6} nodes {all:>10}  alone {alone:>10}", name, held.len());
+        dataln!("{:24} {:6} nodes {all:>10}  alone {alone:>10}", name, held.len());
     }
     Ok(())
 }

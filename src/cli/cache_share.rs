@@ -2,6 +2,7 @@
 
 use super::options::human_bytes;
 use super::reach::{Reach, reach};
+use super::terminal::{dataln, talkln};
 use crate::error::{Error, Result};
 use crate::store::{Destination, Pushed, Store};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -23,7 +24,6 @@ fn check(cancel: &AtomicBool) -> Result<()> {
 ///
 /// # Errors
 /// Faults of the study, and of the destination.
-#[expect(clippy::print_stdout, reason = "the figures are the data")]
 pub fn push(store: &Store, study: &Path, to: &str) -> Result<()> {
     let cancel = super::cancel::flag()?;
     let Reach { nodes, pending, .. } = reach(store, study)?;
@@ -41,9 +41,9 @@ pub fn push(store: &Store, study: &Path, to: &str) -> Result<()> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    println!("{sent} nodes sent, {}; {there} were there", human_bytes(bytes));
+    dataln!("{sent} nodes sent, {}; {there} were there", human_bytes(bytes));
     if pending > 0 {
-        eprintln!("note: {pending} nodes of the study are not computed yet");
+        talkln!("note: {pending} nodes of the study are not computed yet");
     }
     Ok(())
 }
@@ -52,7 +52,6 @@ pub fn push(store: &Store, study: &Path, to: &str) -> Result<()> {
 ///
 /// # Errors
 /// Faults of the study, and of the store.
-#[expect(clippy::print_stdout, reason = "the figures are the data")]
 pub fn pull(cache: &Path, study: &Path, from: &str) -> Result<()> {
     let cancel = super::cancel::flag()?;
     let own = Store::open(cache)?;
@@ -73,9 +72,9 @@ pub fn pull(cache: &Path, study: &Path, from: &str) -> Result<()> {
     }
     bar.finish_and_clear();
     super::watch::complain(&store);
-    println!("{fetched} nodes fetched and verified, {}; {here} were here", human_bytes(bytes));
+    dataln!("{fetched} nodes fetched and verified, {}; {here} were here", human_bytes(bytes));
     if pending > 0 {
-        eprintln!("note: {pending} nodes of the study are in neither store");
+        talkln!("note: {pending} nodes of the study are in neither store");
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! Ctrl-C: the first asks running nodes to stop, the second ends the process at once.
 
+use super::terminal::talkln;
 use crate::error::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,7 +17,7 @@ pub fn flag() -> Result<Arc<AtomicBool>> {
             #[expect(clippy::exit, reason = "the user insists; finished nodes are on disk already")]
             std::process::exit(130);
         }
-        eprintln!("stopping: finished nodes are kept; press Ctrl-C again to stop at once");
+        talkln!("stopping: finished nodes are kept; press Ctrl-C again to stop at once");
     })
     .map_err(|e| Error::failed(format!("cannot listen for Ctrl-C: {e}")))?;
     Ok(flag)

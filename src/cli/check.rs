@@ -1,5 +1,6 @@
 //! `rootvox check`: whether a capture will do, told while it can be taken again.
 
+use super::terminal::{dataln, talkln};
 use crate::calibration::check::{Checked, Finding, Glance, Level, check};
 use crate::error::{Error, Result};
 use crate::formats::picture::jpeg;
@@ -85,10 +86,10 @@ impl Check {
         let Capture { paths, needs_belts, note } = self.photographs()?;
         let checked = self.look(&paths, needs_belts, &mut seen)?;
         checked.findings.iter().for_each(say);
-        note.iter().for_each(|note| eprintln!("note: {note}"));
-        eprintln!("page written: {}", self.page.display());
+        note.iter().for_each(|note| talkln!("note: {note}"));
+        talkln!("page written: {}", self.page.display());
         if checked.will_do() {
-            eprintln!("{} photographs: the capture will do", paths.len());
+            talkln!("{} photographs: the capture will do", paths.len());
             return Ok(());
         }
         let faults = checked.findings.iter().filter(|f| f.level == Level::Fault).count();
@@ -127,12 +128,12 @@ impl Check {
         let mut before: Vec<(PathBuf, Stamp)> = Vec::new();
         let mut checked: Vec<(PathBuf, Stamp)> = Vec::new();
         let mut refused = String::new();
-        eprintln!("watching {} (Ctrl-C ends)", self.photos.display());
+        talkln!("watching {} (Ctrl-C ends)", self.photos.display());
         loop {
             let Capture { paths, needs_belts, .. } = self.photographs().unwrap_or_else(|e| {
                 // A folder is empty at first; a study at fault stays so.
                 if refused != e.message {
-                    eprintln!("{e}");
+                    talkln!("{e}");
                     refused = e.message;
                 }
                 Capture::default()
@@ -143,11 +144,11 @@ impl Check {
                 let paths: Vec<PathBuf> = now.iter().map(|(path, _)| path.clone()).collect();
                 match self.look(&paths, needs_belts, seen) {
                     Ok(found) => {
-                        eprintln!("{} photographs: {} findings", paths.len(), found.findings.len());
+                        talkln!("{} photographs: {} findings", paths.len(), found.findings.len());
                         found.findings.iter().filter(|f| !said.contains(f)).for_each(say);
                         said = found.findings;
                     }
-                    Err(e) => eprintln!("{e}"),
+                    Err(e) => talkln!("{e}"),
                 }
                 checked.clone_from(&now);
             }
@@ -212,8 +213,7 @@ fn read(path: &Path) -> Result<Read> {
     Ok(Read { glance, thumbnail, told })
 }
 
-#[expect(clippy::print_stdout, reason = "the findings are the data")]
 fn say(finding: &Finding) {
     let word = if finding.level == Level::Fault { "FAULT" } else { "note " };
-    println!("{word}  {}\n       {}", finding.text, finding.remedy);
+    dataln!("{word}  {}\n       {}", finding.text, finding.remedy);
 }

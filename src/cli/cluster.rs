@@ -3,6 +3,7 @@
 use super::cluster_status::Status;
 use super::options::{StoreOptions, StudiesOptions, bytes, human_bytes};
 use super::slurm_script::Jobs;
+use super::terminal::{data, dataln, talkln};
 use super::work::duration;
 use crate::error::{Error, Result};
 use crate::study::{command, folder};
@@ -77,7 +78,6 @@ struct Slurm {
 }
 
 impl Slurm {
-    #[expect(clippy::print_stdout, reason = "the commands are the data")]
     fn run(&self) -> Result<()> {
         // A fault of the study is told here, not in 32 logs.
         let batch = self.studies.load()?;
@@ -111,16 +111,16 @@ impl Slurm {
         write(&place.join("workers.sbatch"), &jobs.workers())?;
         write(&place.join("results.sbatch"), &jobs.closing())?;
         let each = format!("{} cores, {}", self.cores, human_bytes(self.memory));
-        eprintln!("written: {} workers of {each} in {}", self.workers, place.display());
+        talkln!("written: {} workers of {each} in {}", self.workers, place.display());
         if !self.submit {
-            print!("{}", jobs.submission(&place));
+            data!("{}", jobs.submission(&place));
             return Ok(());
         }
         let workers = sbatch(&[], &place.join("workers.sbatch"))?;
         let closing = sbatch(&[&format!("--dependency=afterany:{workers}")], &place.join("results.sbatch"))?;
-        println!("workers {workers}, results {closing}");
+        dataln!("workers {workers}, results {closing}");
         let words: Vec<String> = self.studies.study.iter().map(|s| command::quoted(&s.display().to_string())).collect();
-        eprintln!("look at: rootvox cluster status {}", words.join(" "));
+        talkln!("look at: rootvox cluster status {}", words.join(" "));
         Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! `rootvox cluster status`: how far the workers are.
 
 use super::options::{StoreOptions, StudiesOptions};
+use super::terminal::data;
 use crate::error::Result;
 use crate::flow::{Engine, Graph, NodeState, Plan, lay_out};
 use crate::store::{Key, Past, Store};
@@ -25,7 +26,6 @@ impl Status {
     ///
     /// # Errors
     /// Faults of the studies, or no store.
-    #[expect(clippy::print_stdout, reason = "the figures are the data")]
     pub fn run(&self) -> Result<()> {
         let batch = self.studies.load()?;
         let store = self.store.existing()?;
@@ -69,7 +69,7 @@ impl Status {
                 let _ = writeln!(text, "  log: {log}");
             }
         }
-        print!("{text}");
+        data!("{text}");
         Ok(())
     }
 }

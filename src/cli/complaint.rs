@@ -1,5 +1,6 @@
 //! Shows errors to a person: message, the lines of the file they speak of, remedy.
 
+use super::terminal::{talk, talkln};
 use crate::error::{Error, Kind};
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
 use std::fmt;
@@ -47,14 +48,14 @@ pub fn show(error: &Error) {
     let handler = GraphicalReportHandler::new_themed(theme).with_links(false).with_width(110);
     for error in std::iter::once(error).chain(&error.others) {
         if error.kind == Kind::Interrupted {
-            eprintln!("interrupted: finished nodes are kept, the same command goes on from there");
+            talkln!("interrupted: finished nodes are kept, the same command goes on from there");
             continue;
         }
         let source = error.excerpt.as_ref().map(|e| NamedSource::new(&e.file, e.text.clone()));
         let mut text = String::new();
         match handler.render_report(&mut text, &Shown { error, source }) {
-            Ok(()) => eprint!("error: {}", text.trim_start_matches(['\n', ' ', '×'])),
-            Err(fmt::Error) => eprintln!("error: {error}"),
+            Ok(()) => talk!("error: {}", text.trim_start_matches(['\n', ' ', '×'])),
+            Err(fmt::Error) => talkln!("error: {error}"),
         }
     }
 }

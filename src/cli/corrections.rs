@@ -2,6 +2,7 @@
 
 use super::computed::computed;
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
+use super::terminal::{data, talkln};
 use crate::error::{Error, Result};
 use crate::flow::Graph;
 use crate::formats::{corrections_toml, rsml};
@@ -65,11 +66,10 @@ impl Corrections {
 }
 
 impl FromRsml {
-    #[expect(clippy::print_stdout, reason = "the corrections are the data")]
     fn run(&self) -> Result<()> {
         let text = std::fs::read_to_string(&self.rsml).map_err(|e| Error::io("read", &self.rsml, e))?;
         let reading = rsml::read(&self.rsml.display().to_string(), &text)?;
-        reading.notes.iter().for_each(|note| eprintln!("note: {note}"));
+        reading.notes.iter().for_each(|note| talkln!("note: {note}"));
         let settings = Settings::load(&self.study.study, &self.study.set)?;
         let mut graph = Graph::new();
         let nodes = graph::add(&mut graph, &settings)?;
@@ -90,9 +90,9 @@ impl FromRsml {
                     .help("name another file, or take it away first"));
             }
             Some(out) => std::fs::write(out, text).map_err(|e| Error::io("write", out, e))?,
-            None => print!("{text}"),
+            None => data!("{text}"),
         }
-        eprintln!("{} corrections", list.len());
+        talkln!("{} corrections", list.len());
         Ok(())
     }
 }

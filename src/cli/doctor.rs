@@ -1,6 +1,7 @@
 //! `rootvox doctor`: what is installed, what is missing, how to get it.
 
 use super::options::{StoreOptions, human_bytes, machine_memory};
+use super::terminal::dataln;
 use crate::error::Result;
 use clap::Args;
 use std::process::Command;
@@ -17,16 +18,15 @@ impl Doctor {
     ///
     /// # Errors
     /// Never for something missing: a finding is the answer.
-    #[expect(clippy::print_stdout, reason = "the findings are the data")]
     pub fn run(&self) -> Result<()> {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        println!("rootvox   {}", env!("CARGO_PKG_VERSION"));
-        println!("cores     {cores}");
+        dataln!("rootvox   {}", env!("CARGO_PKG_VERSION"));
+        dataln!("cores     {cores}");
         let memory =
             machine_memory().map(|(total, free)| format!("{} ({} free)", human_bytes(total), human_bytes(free)));
-        println!("memory    {}", memory.unwrap_or_else(|| "unknown".into()));
-        println!("store     {}", self.store_state());
-        println!("colmap    {}", colmap_state());
+        dataln!("memory    {}", memory.unwrap_or_else(|| "unknown".into()));
+        dataln!("store     {}", self.store_state());
+        dataln!("colmap    {}", colmap_state());
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! `rootvox evaluate`: a result against a truth.
 
 use super::score_table::{cameras_line, detail_table, table, traits_table};
+use super::terminal::{dataln, talkln};
 use crate::error::{Error, Result};
 use crate::evaluation::{CameraErrors, ScoreParams, camera_errors, detail, hits, score, trait_errors};
 use crate::formats::points_csv::{self, Points};
@@ -56,7 +57,6 @@ impl Evaluate {
     ///
     /// # Errors
     /// Where a file is missing or malformed, no true root lies in the region, or the picture cannot be written.
-    #[expect(clippy::print_stdout, reason = "the score is the data")]
     pub fn run(&self) -> Result<()> {
         let roots_path = self.truth.join("roots.json");
         let truth = roots_json::parse(&roots_path.display().to_string(), &text(&roots_path)?)?;
@@ -103,11 +103,11 @@ impl Evaluate {
         let cameras = self.camera_errors(&tank)?;
         if self.json {
             all.insert("cameras".into(), serde_json::json!(cameras));
-            println!("{:#}", serde_json::Value::Object(all));
+            dataln!("{:#}", serde_json::Value::Object(all));
             return Ok(());
         }
         lines.extend(cameras.map(|c| cameras_line(&c)));
-        println!("{}", lines.join("\n\n"));
+        dataln!("{}", lines.join("\n\n"));
         Ok(())
     }
 
@@ -123,7 +123,7 @@ impl Evaluate {
         let (Some(truth), Some(found)) = (read(&self.truth)?, read(&self.result)?) else { return Ok(None) };
         let pairs = cameras_json::in_pairs(&truth, &found);
         if pairs.len() < 3 {
-            eprintln!("cameras: {} of the same file name in both, too few to compare (three fix a frame)", pairs.len());
+            talkln!("cameras: {} of the same file name in both, too few to compare (three fix a frame)", pairs.len());
             return Ok(None);
         }
         camera_errors(&pairs, tank, tank).map(Some)

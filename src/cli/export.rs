@@ -3,6 +3,7 @@
 use super::computed::computed;
 use super::export_cameras::Cameras;
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
+use super::terminal::talkln;
 use crate::error::{Error, Result};
 use crate::flow::{Graph, Inputs};
 use crate::formats::picture;
@@ -115,7 +116,7 @@ impl Evidence {
         let report = computed(&graph, &[wanted], &self.store, &self.machine)?;
         let bytes = report.artefact(wanted)?.bytes(&format!("{}.png", self.show))?;
         std::fs::write(&self.out, bytes).map_err(|e| Error::io("write", &self.out, e))?;
-        eprintln!("{} written: {}", self.show, self.out.display());
+        talkln!("{} written: {}", self.show, self.out.display());
         Ok(())
     }
 }
@@ -163,7 +164,7 @@ impl Slice {
         let slab = volume.get(plane as usize..plane as usize + 1);
         let rgb = slab.index_axis(Axis(0), 0).slice(s![.., .., ..3]).to_owned();
         std::fs::write(&self.out, picture::png(rgb.view())?).map_err(|e| Error::io("write", &self.out, e))?;
-        eprintln!("slice written: {}", self.out.display());
+        talkln!("slice written: {}", self.out.display());
         Ok(())
     }
 }

@@ -2,6 +2,7 @@
 
 use super::computed::computed;
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
+use super::terminal::talkln;
 use crate::error::{Error, Result};
 use crate::flow::Graph;
 use crate::formats::NamedView;
@@ -60,7 +61,7 @@ impl Cameras {
         for (name, text) in files {
             let path = self.out.join(name);
             std::fs::write(&path, text).map_err(|e| Error::io("write", &path, e))?;
-            eprintln!("cameras written: {}", path.display());
+            talkln!("cameras written: {}", path.display());
         }
         Ok(())
     }

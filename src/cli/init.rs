@@ -1,5 +1,6 @@
 //! `rootvox init`: the first study file of a capture.
 
+use super::terminal::{talk, talkln};
 use crate::error::{Error, Result};
 use crate::formats::camera_file::COLMAP_FILES;
 use crate::photo::Metadata;
@@ -61,8 +62,8 @@ impl Init {
             found.paths.par_iter().map(|path| tell(path)).collect::<Result<Vec<_>>>()?.into_iter().unzip();
         let cameras = cameras_in(&self.folder);
         let seen = describe(&told, focal_px[0]);
-        eprintln!("{}: {seen}", self.folder.display());
-        found.note().into_iter().chain(doubts(&told, cameras.is_some())).for_each(|note| eprintln!("note: {note}"));
+        talkln!("{}: {seen}", self.folder.display());
+        found.note().into_iter().chain(doubts(&told, cameras.is_some())).for_each(|note| talkln!("note: {note}"));
         let out = self.out();
         let draft = Draft {
             name: stem(&out),
@@ -80,8 +81,8 @@ impl Init {
             let _ = std::fs::remove_file(&out);
             return Err(e);
         }
-        eprintln!("study file written: {}", out.display());
-        eprintln!("next: rootvox check {}, then rootvox run {}", self.folder.display(), out.display());
+        talkln!("study file written: {}", out.display());
+        talkln!("next: rootvox check {}, then rootvox run {}", self.folder.display(), out.display());
         Ok(())
     }
 
@@ -121,7 +122,7 @@ impl Init {
 /// A number from the terminal; asked again until it is one.
 fn ask(question: &str) -> Result<f64> {
     loop {
-        eprint!("{question}: ");
+        talk!("{question}: ");
         let mut line = String::new();
         let read = std::io::stdin()
             .read_line(&mut line)
@@ -131,7 +132,7 @@ fn ask(question: &str) -> Result<f64> {
         }
         match line.trim().replace(',', ".").parse() {
             Ok(value) => return Ok(value),
-            Err(_) => eprintln!("`{}` is no number", line.trim()),
+            Err(_) => talkln!("`{}` is no number", line.trim()),
         }
     }
 }

@@ -31,6 +31,7 @@ mod simulate;
 mod slurm_script;
 mod status;
 mod tally;
+mod terminal;
 mod trace;
 mod trial;
 mod verify;

@@ -2,6 +2,7 @@
 
 use super::options::{StoreOptions, human_bytes};
 use super::reach::reach;
+use super::terminal::dataln;
 use crate::error::{Error, Result};
 use crate::store::Destination;
 use crate::study::batch::Batch;
@@ -46,7 +47,6 @@ impl Pack {
     ///
     /// # Errors
     /// Where the study was not run, or the file cannot be written.
-    #[expect(clippy::print_stdout, reason = "the figures are the data")]
     pub fn run(&self) -> Result<()> {
         let batch = Batch::load(&self.study, &self.set)?;
         let results = batch.results_in(&self.results);
@@ -69,7 +69,7 @@ impl Pack {
             nodes: self.nodes.then_some(folder.path()),
         };
         let (files, bytes) = parcel.write(&self.output)?;
-        println!("{}: {files} files, {}", self.output.display(), human_bytes(bytes));
+        dataln!("{}: {files} files, {}", self.output.display(), human_bytes(bytes));
         Ok(())
     }
 }

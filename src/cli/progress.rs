@@ -1,5 +1,6 @@
 //! Shows a run: a bar per running node and one for the whole on a terminal, a line per node otherwise.
 
+use super::terminal::talkln;
 use crate::flow::{Event, NodeId};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
@@ -98,7 +99,7 @@ impl Display {
         if let Some(bar) = &state.whole {
             bar.finish_and_clear();
         }
-        eprintln!("{} nodes: {} cached, {} computed", state.total, state.hits, state.ran);
+        talkln!("{} nodes: {} cached, {} computed", state.total, state.hits, state.ran);
     }
 
     fn label(&self, node: NodeId) -> &str {
@@ -128,7 +129,7 @@ impl Display {
     }
 
     fn say(&self, line: &str) {
-        self.bars.suspend(|| eprintln!("{line}"));
+        self.bars.suspend(|| talkln!("{line}"));
     }
 }
 

@@ -1,6 +1,7 @@
 //! `rootvox rerun`: a result made again from its lock, and held against it.
 
 use super::options::{MachineOptions, StoreOptions, TraceOptions};
+use super::terminal::dataln;
 use super::watch::Watch;
 use crate::error::{Error, Result};
 use crate::flow::Engine;
@@ -74,7 +75,6 @@ impl Rerun {
     }
 
     /// Runs the study of the lock at `path` and compares.
-    #[expect(clippy::print_stdout, reason = "the verdict is the data")]
     fn repeat(&self, path: &Path, store: Store, cancel: Arc<AtomicBool>) -> Result<()> {
         let lock = Lock::read(path)?;
         let batch = batch(&lock, path, self.photos_dir.as_deref())?;
@@ -89,11 +89,11 @@ impl Rerun {
         watch.finish()?;
         let (report, failures) = outcome?;
         let verdict = compare(&lock, &batch, &report, &failures)?;
-        println!("{} of {} nodes bit-identical", verdict.identical, verdict.nodes);
+        dataln!("{} of {} nodes bit-identical", verdict.identical, verdict.nodes);
         match verdict.first {
             None => Ok(()),
             Some((node, why)) => {
-                println!("first to differ: {node}: {why}");
+                dataln!("first to differ: {node}: {why}");
                 Err(Error::failed(format!("the rerun differs from `{}` from `{node}` on", path.display()))
                     .help("the line above says why; rootvox of another version is named in the lock"))
             }

@@ -1,6 +1,7 @@
 //! `rootvox run`: bring a study up to date.
 
 use super::options::{MachineOptions, StoreOptions, StudyOptions, TraceOptions, human_bytes, machine_memory};
+use super::terminal::{data, talkln};
 use super::trial::{self, TrialOptions};
 use super::watch::Watch;
 use crate::error::{Error, Result};
@@ -124,7 +125,7 @@ impl Run {
             }
             Verdict::Run => Ok(()),
             Verdict::Announce | Verdict::Refuse => {
-                eprintln!("note: {text}");
+                talkln!("note: {text}");
                 Ok(())
             }
         }
@@ -136,18 +137,17 @@ impl Run {
         for (_, nodes) in study.points.iter().filter_map(|point| point.planned.as_ref().ok()) {
             if let Some(score) = nodes.score {
                 let score: Score = report.artefact(score)?.json("score")?;
-                eprintln!("{}", super::score_table::table(&score));
+                talkln!("{}", super::score_table::table(&score));
             }
         }
         self.say(study, written, "report.html");
         Ok(())
     }
 
-    #[expect(clippy::print_stdout, reason = "the best point is the data")]
     fn sweep_results(&self, study: &Study, swept: &Swept<'_>) -> Result<()> {
         let written = swept.write(&self.results)?;
         let failed = swept.failures().len();
-        eprintln!("{}: {} points, {failed} failed", study.name, study.points.len());
+        talkln!("{}: {} points, {failed} failed", study.name, study.points.len());
         self.say(study, written, "contact.svg");
         let Some(column) = &self.best else { return Ok(()) };
         let table = swept.table()?;
@@ -156,18 +156,18 @@ impl Run {
             return Err(Error::failed(format!("no point of `{}` has a number in column `{column}`", study.name)));
         };
         let value = table.columns.iter().position(|c| c == column).and_then(|at| row.get(at));
-        print!("point {}  {column}={}", point.number, value.map_or("", String::as_str));
+        data!("point {}  {column}={}", point.number, value.map_or("", String::as_str));
         for (parameter, value) in study.parameters.iter().zip(&point.values) {
-            print!("  --set {parameter}={value}");
+            data!("  --set {parameter}={value}");
         }
-        println!();
+        data!("\n");
         Ok(())
     }
 
     fn say(&self, study: &Study, written: bool, look_at: &str) {
         let path = self.results.join(&study.name);
         let state = if written { "written" } else { "unchanged" };
-        eprintln!("results {state}: {}", path.display());
-        eprintln!("look at: {}", path.join(look_at).display());
+        talkln!("results {state}: {}", path.display());
+        talkln!("look at: {}", path.join(look_at).display());
     }
 }

@@ -1,5 +1,6 @@
 //! `rootvox completions` and `rootvox man`: what shells and `man` know of the program.
 
+use super::terminal::{data, talkln};
 use crate::error::{Error, Result};
 use clap::{Args, Command};
 use clap_complete::Shell;
@@ -21,7 +22,9 @@ pub struct Completions {
 impl Completions {
     /// Prints the script.
     pub fn run(&self, mut command: Command) {
-        clap_complete::generate(self.shell, &mut command, "rootvox", &mut std::io::stdout());
+        let mut script = Vec::new();
+        clap_complete::generate(self.shell, &mut command, "rootvox", &mut script);
+        data!("{}", String::from_utf8_lossy(&script));
     }
 }
 
@@ -44,7 +47,7 @@ impl Man {
     pub fn run(&self, command: Command) -> Result<()> {
         std::fs::create_dir_all(&self.folder).map_err(|e| Error::io("make", &self.folder, e))?;
         clap_mangen::generate_to(command, &self.folder).map_err(|e| Error::io("write", &self.folder, e))?;
-        eprintln!("manual pages written: {}", self.folder.display());
+        talkln!("manual pages written: {}", self.folder.display());
         Ok(())
     }
 }

@@ -2,6 +2,7 @@
 
 use super::computed::computed;
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
+use super::terminal::talkln;
 use crate::error::{Error, Result};
 use crate::flow::{Artefact, NodeId, Report};
 use crate::formats::{NamedView, cameras_json, roots_json, rsml, tables, tank_json};
@@ -90,7 +91,7 @@ impl Simulate {
             fs::write(&to, tables::csv(&columns, rows)?).map_err(|e| Error::io("write", &to, e))?;
         }
         fs::rename(fresh.keep(), &self.out).map_err(|e| Error::io("write", &self.out, e))?;
-        eprintln!("data set written: {}", self.out.display());
+        talkln!("data set written: {}", self.out.display());
         Ok(())
     }
 }

@@ -2,6 +2,7 @@
 
 use super::explain::{Line, causes_first, folded};
 use super::options::{StoreOptions, StudyOptions, human_bytes};
+use super::terminal::{data, dataln};
 use super::trial::{TrialOptions, stale};
 use crate::error::{Error, Result};
 use crate::flow::{Engine, NodeState, Planned};
@@ -36,20 +37,19 @@ impl Status {
     ///
     /// # Errors
     /// Faults of the study file, of single points after the plan of the others, or an unreadable store.
-    #[expect(clippy::print_stdout, reason = "the plan is the data")]
     pub fn run(&self) -> Result<()> {
         let batch = self.captures.load(&self.study)?;
         let store = self.store.look()?;
         let plan = Engine::new(&store).status(&batch.graph, &batch.targets())?;
         if let (true, Some(trial)) = (self.captures.stale, &batch.trial) {
             let stale = stale(&batch, &plan);
-            trial.captures.iter().zip(stale).filter(|(_, stale)| *stale).for_each(|(c, _)| println!("{}", c.name()));
+            trial.captures.iter().zip(stale).filter(|(_, stale)| *stale).for_each(|(c, _)| dataln!("{}", c.name()));
             return unsound(&batch);
         }
         if self.json {
             let all: Vec<&Planned> = plan.nodes().map(|(_, p)| p).collect();
             let text = serde_json::to_string_pretty(&all).map_err(|e| Error::failed(format!("status: {e}")))?;
-            println!("{text}");
+            dataln!("{text}");
             return unsound(&batch);
         }
         let names = batch.names();
@@ -76,7 +76,7 @@ impl Status {
             let rest = if unknown > 0 { format!(" and {unknown} nodes without history") } else { String::new() };
             let _ = writeln!(text, "estimated: {seconds:.1} s of work, {bytes}{rest}");
         }
-        print!("{text}");
+        data!("{text}");
         unsound(&batch)
     }
 }

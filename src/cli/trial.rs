@@ -1,6 +1,7 @@
 //! What `run` and `status` do with the captures of a trial.
 
 use super::options::StudyOptions;
+use super::terminal::talkln;
 use crate::error::{Error, Result};
 use crate::flow::{Engine, NodeId, NodeState, Plan, Report};
 use crate::store::Store;
@@ -8,7 +9,7 @@ use crate::study::batch::Batch;
 use crate::study::plants::Only;
 use crate::study::sweep_results::Swept;
 use crate::study::trial::Trial;
-use crate::study::trial::results::Tried;
+use crate::study::trial::tried::Tried;
 use crate::study::{command, results};
 use clap::Args;
 use std::path::Path;
@@ -89,7 +90,7 @@ pub fn write(
     }
     let (failed, unfollowed) = (tried.failures(), tried.unfollowed());
     let count = batch.studies.len();
-    eprintln!(
+    talkln!(
         "{}: {count} capture{}, {} failed; results of {written} written: {}",
         trial.name,
         if count == 1 { "" } else { "s" },
@@ -99,9 +100,9 @@ pub fn write(
     if trial.is_whole {
         let state = if tried.write(&folder)? { "written" } else { "unchanged" };
         let page = if tried.is_sweep() { "sweep.csv" } else { "report.html" };
-        eprintln!("results of the trial {state}; look at: {}", folder.join(Trial::FOLDER).join(page).display());
+        talkln!("results of the trial {state}; look at: {}", folder.join(Trial::FOLDER).join(page).display());
     } else {
-        eprintln!("results of the trial are left as they are: run without --only for those");
+        talkln!("results of the trial are left as they are: run without --only for those");
     }
     Ok(failed.into_iter().chain(unfollowed).chain(swept_faults).collect())
 }

@@ -1,6 +1,7 @@
 //! `rootvox cache verify`: every digest again, and damaged nodes made anew.
 
 use super::options::human_bytes;
+use super::terminal::dataln;
 use crate::error::{Error, Result};
 use crate::flow::{Engine, NodeId, NodeState};
 use crate::store::{Digest, Key, Store};
@@ -16,17 +17,16 @@ type Planned = (Batch, Vec<(NodeId, Key, Option<Digest>)>);
 ///
 /// # Errors
 /// Where nodes are damaged and stay so, or are computed again with other values.
-#[expect(clippy::print_stdout, reason = "the findings are the data")]
 pub fn verify(store: &Store, repair: bool, studies: &[PathBuf]) -> Result<()> {
     let cancel = super::cancel::flag()?;
     let planned: Vec<Planned> = studies.iter().map(|path| plan(store, path)).collect::<Result<_>>()?;
     let stopped = || cancel.load(Ordering::Relaxed);
     let verdict = store.verify(repair, &|_, _| if stopped() { Err(Error::interrupted()) } else { Ok(()) })?;
     for bad in &verdict.bad {
-        println!("bad: {}: {}", bad.folder.display(), bad.cause);
+        dataln!("bad: {}: {}", bad.folder.display(), bad.cause);
     }
     let (nodes, read, removed) = (verdict.nodes, human_bytes(verdict.bytes), verdict.removed);
-    println!("{nodes} nodes, {read} read: {} bad, {removed} removed", verdict.bad.len());
+    dataln!("{nodes} nodes, {read} read: {} bad, {removed} removed", verdict.bad.len());
     if verdict.bad.len() > removed {
         return Err(Error::failed(format!("{} nodes are damaged", verdict.bad.len()))
             .help("`rootvox cache verify --repair` removes them; the next run computes them again"));
@@ -39,7 +39,7 @@ pub fn verify(store: &Store, repair: bool, studies: &[PathBuf]) -> Result<()> {
         let report = Engine::new(store).cancel(cancel.clone()).run(&batch.graph, &targets)?;
         for (node, _, before) in damaged {
             let same = before.is_none_or(|before| report.digest(node) == Some(before));
-            println!("computed again: {}{}", batch.graph.label(node), if same { "" } else { ", with other values" });
+            dataln!("computed again: {}{}", batch.graph.label(node), if same { "" } else { ", with other values" });
             others.extend((!same).then(|| batch.graph.label(node).to_owned()));
         }
     }

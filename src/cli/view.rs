@@ -2,6 +2,7 @@
 
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
 use super::progress::Display;
+use super::terminal::{dataln, talkln};
 use crate::error::Result;
 use crate::view::{Opening, Served, Session, serve};
 use clap::Args;
@@ -44,7 +45,6 @@ impl View {
     ///
     /// # Errors
     /// Faults of the study, a port that is taken.
-    #[expect(clippy::print_stdout, reason = "the address is the data")]
     pub fn run(&self) -> Result<()> {
         let served = Served::at(self.port)?;
         let end = super::cancel::flag()?;
@@ -70,12 +70,12 @@ impl View {
         display.get().inspect(|display| display.finish());
         let session = Arc::new(session?);
         let address = served.address()?;
-        println!("{address}");
-        eprintln!("Ctrl-C ends it");
+        dataln!("{address}");
+        talkln!("Ctrl-C ends it");
         if !self.no_open
             && let Err(e) = open::that_detached(&address)
         {
-            eprintln!("note: no browser could be opened ({e}): open the address by hand");
+            talkln!("note: no browser could be opened ({e}): open the address by hand");
         }
         serve(served, &session, &end)
     }

@@ -1,6 +1,7 @@
 //! What watches a run: the display, the estimate of the time left, and the trace.
 
 use super::progress::Display;
+use super::terminal::talkln;
 use super::trace::Trace;
 use crate::error::Result;
 use crate::flow::{Event, NodeId, Remaining};
@@ -40,7 +41,7 @@ impl<'a> Watch<'a> {
         trace: Option<PathBuf>,
     ) -> Result<Self> {
         for note in batch.notes() {
-            eprintln!("note: {note}");
+            talkln!("note: {note}");
         }
         let (graph, names) = (&batch.graph, batch.names());
         let trace = trace.map(|path| Trace::new(path, names.clone())).transpose()?;
@@ -80,5 +81,5 @@ impl<'a> Watch<'a> {
 
 /// Tells what was noticed of the store behind.
 pub fn complain(store: &Store) {
-    store.complaints().iter().for_each(|text| eprintln!("warning: {text}"));
+    store.complaints().iter().for_each(|text| talkln!("warning: {text}"));
 }

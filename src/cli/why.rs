@@ -2,6 +2,7 @@
 
 use super::explain::{Line, causes_first, folded};
 use super::options::{StoreOptions, StudyOptions};
+use super::terminal::dataln;
 use crate::error::{Error, Result};
 use crate::flow::{Engine, NodeState, Step};
 use crate::study::batch::Batch;
@@ -30,7 +31,6 @@ impl Why {
     ///
     /// # Errors
     /// Faults of the study file, an unknown node, or an unreadable store.
-    #[expect(clippy::print_stdout, reason = "the explanation is the data")]
     pub fn run(&self) -> Result<()> {
         let batch = Batch::load(&self.study.study, &self.study.set)?;
         let store = self.store.look()?;
@@ -39,18 +39,18 @@ impl Why {
         let steps = engine.why(&batch.graph, node)?;
         if self.json {
             let text = serde_json::to_string_pretty(&steps).map_err(|e| Error::failed(format!("why: {e}")))?;
-            println!("{text}");
+            dataln!("{text}");
             return Ok(());
         }
         let plan = engine.status(&batch.graph, &[node])?;
         if plan.node(node).is_some_and(|planned| matches!(planned.state, NodeState::Cached { .. })) {
-            println!("`{}` is in the store. Against the nearest other run:", self.node);
+            dataln!("`{}` is in the store. Against the nearest other run:", self.node);
         }
         let mut lines: Vec<Line> = steps.iter().map(line).collect();
         let asked = lines.pop();
         for line in causes_first(folded(lines)).into_iter().chain(asked) {
             let why = if line.why.is_empty() { "nothing changed" } else { &line.why };
-            println!("{}: {why}", line.name);
+            dataln!("{}: {why}", line.name);
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use super::options::{StoreOptions, StudiesOptions, all_cores, bytes, half_the_memory};
 use super::tally::Tally;
+use super::terminal::dataln;
 use super::watch::Watch;
 use crate::error::{Error, Result};
 use crate::flow::Engine;
@@ -46,7 +47,6 @@ impl Work {
     ///
     /// # Errors
     /// Faults of the study files, and the nodes that failed here.
-    #[expect(clippy::print_stdout, reason = "what was done is the data")]
     pub fn run(&self) -> Result<()> {
         let begun = Instant::now();
         let end = self.time.map(|time| begun + time);
@@ -73,7 +73,7 @@ impl Work {
             })
             .attempt(&batch.graph, &targets);
         watch.finish()?;
-        println!("{}", tally.words(begun.elapsed()));
+        dataln!("{}", tally.words(begun.elapsed()));
         let mut faults: Vec<Error> = batch.studies.iter().flat_map(Study::faults).collect();
         match outcome {
             Ok((_, failures)) => faults.extend(failures.into_iter().map(|(_, error)| error)),

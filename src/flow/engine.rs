@@ -5,17 +5,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
-
 use super::change::Change;
 use super::event::Event;
-use super::graph::{Graph, Kind, NodeId};
+use super::found::read_files;
+use super::graph::{Graph, NodeId};
 use super::plan::{self, Plan, Step};
 use super::run::{self, Job, Outcome};
 use super::schedule::{Schedule, Taken, Want};
 use super::stage::Progress;
 use crate::error::{Error, Result};
-use crate::store::{Artefact, Digest, Key, Manifest, Store};
+use crate::store::{Artefact, Digest, InUse, Key, Manifest, Store};
 
 /// How often progress is reported.
 const TICK: Duration = Duration::from_millis(100);
@@ -110,7 +109,7 @@ impl<'a> Engine<'a> {
     /// # Errors
     /// The interruption.
     pub fn attempt(&self, graph: &Graph, targets: &[NodeId]) -> Result<(Report, Vec<(NodeId, Error)>)> {
-        let _in_use = self.store.use_it();
+        let in_use = self.store.use_it();
         let mut schedule = Schedule::new(graph, self.store, &*self.on_event);
         schedule.log.clone_from(&self.log);
         let reachable = graph.upstream(targets);
@@ -150,7 +149,7 @@ impl<'a> Engine<'a> {
             ran: slot.ran,
         });
         let labels = graph.nodes.iter().map(|node| node.label.clone()).collect();
-        Ok((Report { labels, entries: entries.collect() }, failures))
+        Ok((Report { labels, entries: entries.collect(), _in_use: in_use }, failures))
     }
 
     /// What [`Engine::run`] would do, and why, without doing it.
@@ -318,18 +317,6 @@ impl<'a> Shared<'a> {
     }
 }
 
-/// The content of all files that are reached, read in parallel where the store does not remember them.
-pub(super) fn read_files(graph: &Graph, store: &Store, reached: &[bool]) -> Vec<(usize, Result<Artefact>)> {
-    let files = graph.nodes.iter().enumerate().filter_map(|(n, node)| match &node.kind {
-        Kind::File(path) if reached[n] => Some((n, path)),
-        _ => None,
-    });
-    let read = |(n, path): (usize, &std::path::PathBuf)| {
-        (n, store.file_digest(path).map(|(digest, bytes)| Artefact::file(path, digest, bytes)))
-    };
-    files.collect::<Vec<_>>().into_par_iter().map(read).collect()
-}
-
 struct Entry {
     key: Option<Key>,
     digest: Option<Digest>,
@@ -342,6 +329,8 @@ struct Entry {
 pub struct Report {
     labels: Vec<String>,
     entries: Vec<Entry>,
+    /// Cleaning waits until what was found and made is copied out.
+    _in_use: InUse,
 }
 
 impl Report {

@@ -7,8 +7,20 @@
 use super::graph::{Graph, Kind};
 use super::key::key;
 use crate::error::{Error, Result};
-use crate::store::{Digest, Key, Manifest, Store};
+use crate::store::{Artefact, Digest, Key, Manifest, Store};
 use rayon::prelude::*;
+
+/// The content of all files that are reached, read in parallel where the store does not remember them.
+pub(super) fn read_files(graph: &Graph, store: &Store, reached: &[bool]) -> Vec<(usize, Result<Artefact>)> {
+    let files = graph.nodes.iter().enumerate().filter_map(|(n, node)| match &node.kind {
+        Kind::File(path) if reached[n] => Some((n, path)),
+        _ => None,
+    });
+    let read = |(n, path): (usize, &std::path::PathBuf)| {
+        (n, store.file_digest(path).map(|(digest, bytes)| Artefact::file(path, digest, bytes)))
+    };
+    files.collect::<Vec<_>>().into_par_iter().map(read).collect()
+}
 
 /// A node whose key is known.
 pub(super) struct Found {

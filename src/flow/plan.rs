@@ -5,8 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use super::change::{Change, Now, nearest};
-use super::engine::read_files;
-use super::found::{Found, find};
+use super::found::{Found, find, read_files};
 use super::graph::{Graph, Kind, NodeId};
 use crate::error::{Error, Result};
 use crate::store::{Digest, Key, Manifest, Past, Store};

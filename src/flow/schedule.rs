@@ -77,6 +77,8 @@ pub(super) struct Schedule<'a> {
     /// Nodes being run, by name of their work; others of the same name wait for them.
     in_work: BTreeMap<Key, usize>,
     pub(super) errors: Vec<(NodeId, Error)>,
+    /// Works that are on record as failed.
+    failed_before: BTreeSet<Key>,
     /// The log of this process, for the record of failures.
     pub(super) log: Option<String>,
     pub(super) emit: &'a (dyn Fn(&Event) + Sync),
@@ -108,7 +110,9 @@ impl<'a> Schedule<'a> {
         };
         let slots = graph.nodes.iter().map(|_| slot()).collect();
         let (ready, in_work) = (BTreeSet::new(), BTreeMap::new());
-        Self { graph, store, consumers, slots, ready, places: None, in_work, errors: Vec::new(), log: None, emit }
+        let failed_before = store.failures().into_iter().map(|(name, _)| name).collect();
+        let (errors, places, log) = (Vec::new(), None, None);
+        Self { graph, store, consumers, slots, ready, places, in_work, errors, failed_before, log, emit }
     }
 
     /// Notes what a file holds.
@@ -295,6 +299,10 @@ impl<'a> Schedule<'a> {
                     (self.emit)(&Event::Hit { node: NodeId(n), key: manifest.key, warnings });
                 }
                 self.store.touch(work.name(), manifest.key);
+                if !self.failed_before.is_empty() {
+                    let name = self.work_name(n).filter(|name| self.failed_before.contains(name));
+                    name.inspect(|&name| self.store.forget_failure(name));
+                }
                 self.know(n, manifest, artefact);
                 self.advance_consumers(n);
                 done

@@ -8,7 +8,7 @@ use crate::flow::{Inputs, Output, Progress, Stage};
 use crate::optics::{Tank, View, ViewMap};
 use crate::photo::colour::GRAY;
 use crate::roots::Pieces;
-use crate::roots::diameter::profile::Sight;
+use crate::roots::diameter::sight::Sight;
 use crate::roots::diameter::{DiameterParams, Measurement, measure};
 use rayon::prelude::*;
 use serde::Serialize;

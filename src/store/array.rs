@@ -256,6 +256,12 @@ impl<T: Element> ArrayReader<T> {
         };
         let storage = Arc::new(FilesystemStore::new(folder).map_err(|e| cannot(&e))?);
         let array = Array::open(storage, "/").map_err(|e| cannot(&e))?;
+        // Chunks that hold nothing but the fill value are not on the disk: another one would be read for them.
+        let mut fill = Vec::new();
+        T::extend_le(&[T::FILL], &mut fill);
+        if array.shape() != wide(shape) || array.fill_value().as_ne_bytes() != fill {
+            return Err(cannot(&"its shape or fill value is not what was written"));
+        }
         Ok(Self {
             source: Source::Stored(Box::new(array), folder.to_owned()),
             shape: shape.to_vec(),

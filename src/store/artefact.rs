@@ -4,11 +4,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use super::array::ArrayReader;
-use super::digest::{self, Digest};
+use super::canonical;
+use super::care::verify::check_member;
+use super::digest::Digest;
 use super::element::Element;
-use super::manifest::{Manifest, Member, MemberKind};
+use super::manifest::{Manifest, Member, MemberKind, digest_of};
 use super::virtual_array::VirtualArtefact;
 use crate::error::{Error, Result};
 
@@ -71,7 +74,7 @@ impl Artefact {
 
     /// Digest over all members.
     pub fn digest(&self) -> Digest {
-        digest::of_members(&self.0.members)
+        digest_of(&self.0.members)
     }
 
     /// Names of the members.
@@ -118,7 +121,7 @@ impl Artefact {
             Place::Virtual(source) => Ok(ArrayReader::streamed(source.clone(), name, &member.shape)),
             Place::Folder(folder) | Place::File(folder) => {
                 let folder = folder.join(name);
-                let found = super::files::tree_bytes(&folder)?;
+                let found = super::files::tree_bytes(&folder).map_err(|e| damaged(&folder, &e.message))?;
                 if found != member.bytes {
                     return Err(damaged(&folder, &format!("{found} bytes where {} were written", member.bytes)));
                 }
@@ -129,17 +132,25 @@ impl Artefact {
 
     /// The JSON value `name`.
     pub fn json<D: DeserializeOwned>(&self, name: &str) -> Result<D> {
-        self.member(name, MemberKind::Json)?;
-        let path = self.path(name)?;
+        let member = self.member(name, MemberKind::Json)?;
+        let path = self.place(name)?;
         let text = std::fs::read(&path).map_err(|e| damaged(&path, &e.to_string()))?;
+        let value: Value = serde_json::from_slice(&text).map_err(|e| damaged(&path, &e.to_string()))?;
+        if Digest::of(&canonical::bytes(&value)?) != member.digest {
+            return Err(damaged(&path, "its content is not what was written"));
+        }
+        // From the text: a value of numbers alone would lose what their letters say.
         serde_json::from_slice(&text).map_err(|e| Error::io("understand", &path, e))
     }
 
     /// The bytes of the file `name`, compared with their digest.
     pub fn bytes(&self, name: &str) -> Result<Vec<u8>> {
         let member = self.member(name, MemberKind::Bytes)?;
-        let path = self.path(name)?;
-        let bytes = std::fs::read(&path).map_err(|e| Error::io("read", &path, e))?;
+        let path = self.place(name)?;
+        let bytes = std::fs::read(&path).map_err(|e| match self.0.place {
+            Place::File(_) => Error::io("read", &path, e),
+            _ => damaged(&path, &e.to_string()),
+        })?;
         if Digest::of(&bytes) == member.digest {
             return Ok(bytes);
         }
@@ -150,8 +161,18 @@ impl Artefact {
         }
     }
 
-    /// Where the file or folder `name` lies, for copying it out. It must not be written to.
+    /// Where the file or folder `name` lies, for copying it out; what the store holds is compared with its digest. It must not be
+    /// written to.
     pub fn path(&self, name: &str) -> Result<PathBuf> {
+        let path = self.place(name)?;
+        if let (Place::Folder(folder), Some(member)) = (&self.0.place, self.0.members.iter().find(|m| m.name == name)) {
+            check_member(folder, member).map_err(|e| damaged(&path, &e.message))?;
+        }
+        Ok(path)
+    }
+
+    /// Where the member `name` lies.
+    fn place(&self, name: &str) -> Result<PathBuf> {
         match &self.0.place {
             Place::File(path) if name == "file" => Ok(path.clone()),
             Place::Folder(folder) => match self.0.members.iter().find(|member| member.name == name) {

@@ -13,15 +13,12 @@ use std::time::{Duration, Instant, SystemTime};
 
 use super::digest::{Digest, Key};
 use super::heart::Heart;
-use super::holder::{BEAT, Holder, is_abandoned};
+use super::holder::{BEAT, Holder, PATIENCE_NAMELESS, is_abandoned};
 use crate::error::{Error, Result};
 
 /// A holder that was not heard of for so long is taken for dead: several beats, and more than file servers take to show
 /// one machine what another did.
 const PATIENCE: Duration = Duration::from_secs(9 * BEAT.as_secs());
-
-/// As [`PATIENCE`], of a claim that names nobody: its maker died before it wrote, and writing follows making at once.
-const PATIENCE_NAMELESS: Duration = BEAT;
 
 /// Of claims that nobody asks for, the files of silent holders are swept at this age.
 const STALE: Duration = Duration::from_secs(3600);
@@ -76,7 +73,11 @@ impl Claims {
             });
             match made {
                 Ok(mut file) => {
-                    let _ = holder.write(&mut file);
+                    if holder.write(&mut file).is_err() {
+                        // A claim that names nobody would keep others waiting.
+                        let _ = std::fs::remove_file(&path);
+                        return Claim::Ours(Held(None));
+                    }
                     self.heart.add(&path);
                     return Claim::Ours(Held(Some((path, holder, self.heart.clone()))));
                 }
@@ -249,5 +250,17 @@ mod tests {
         sweep(dir.path());
         assert!(is_ours(&held));
         assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_claim_that_names_nobody_is_swept_once_its_maker_cannot_be_writing() {
+        let dir = tempfile::tempdir().unwrap();
+        for (name, age_s) in [("old.lock", 20), ("new.lock", 0)] {
+            let file = File::create(dir.path().join(name)).unwrap();
+            file.set_modified(SystemTime::now() - Duration::from_secs(age_s)).unwrap();
+        }
+        sweep(dir.path());
+        let left: Vec<_> = std::fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        assert_eq!(left, ["new.lock"]);
     }
 }

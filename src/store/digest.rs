@@ -9,7 +9,6 @@ use ndarray::ArrayView;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use super::element::Element;
-use super::manifest::Member;
 
 /// 256 bits that name content (a digest) or a piece of work (a key); written as 64 hexadecimal letters.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -114,28 +113,4 @@ impl ArrayHasher {
         self.flush();
         Digest(self.hasher.finalize().into())
     }
-}
-
-/// Digest of an artefact: its members by name, each with kind, data type, shape and digest.
-///
-/// Texts and lists are preceded by their length (u64, little endian), so that no two artefacts share a
-/// byte stream.
-pub fn of_members(members: &[Member]) -> Digest {
-    let mut sorted: Vec<&Member> = members.iter().collect();
-    sorted.sort_by(|a, b| a.name.cmp(&b.name));
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(b"rootvox artefact 1");
-    hasher.update(&(sorted.len() as u64).to_le_bytes());
-    for member in sorted {
-        for text in [member.name.as_str(), member.kind.as_str(), member.dtype.map_or("", |dtype| dtype.as_str())] {
-            hasher.update(&(text.len() as u64).to_le_bytes());
-            hasher.update(text.as_bytes());
-        }
-        hasher.update(&(member.shape.len() as u64).to_le_bytes());
-        for &n in &member.shape {
-            hasher.update(&(n as u64).to_le_bytes());
-        }
-        hasher.update(&member.digest.0);
-    }
-    Digest(hasher.finalize().into())
 }

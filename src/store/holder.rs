@@ -13,10 +13,13 @@ use std::time::{Duration, SystemTime};
 
 use super::digest::Digest;
 use serde::{Deserialize, Serialize};
-use sysinfo::{Pid, ProcessRefreshKind, ProcessesToUpdate, System};
+use sysinfo::{Pid, ProcessRefreshKind, ProcessStatus, ProcessesToUpdate, System};
 
 /// How often a holder touches its files.
 pub(super) const BEAT: Duration = Duration::from_secs(10);
+
+/// A file that names nobody is given up after so long: its maker died before it wrote, and writing follows making at once.
+pub(super) const PATIENCE_NAMELESS: Duration = BEAT;
 
 /// Clocks tell the start of one process to within this, seconds.
 const SAME_START_S: u64 = 2;
@@ -59,7 +62,9 @@ fn began(process: u32) -> Option<u64> {
     let (mut system, pid) = (System::new().ok()?, Pid::from_u32(process));
     let what = ProcessRefreshKind::nothing().without_tasks();
     system.refresh_processes_specifics(ProcessesToUpdate::Some(&[pid]), true, what);
-    system.process(pid).map(|process| process.start_time())
+    // One that ended and that nobody asked after is still listed: containers without an init keep such.
+    let process = system.process(pid).filter(|p| !matches!(p.status(), ProcessStatus::Zombie | ProcessStatus::Dead));
+    process.map(|process| process.start_time())
 }
 
 /// Whether the process of this machine that began then has ended.
@@ -73,12 +78,12 @@ fn machine(host: &str, space: &str) -> String {
 }
 
 /// With what the names of this process's files begin: their maker is known before anything stands in them.
-pub(super) fn tag() -> String {
+pub fn tag() -> String {
     format!("{}-{}-{}-", machine(&THIS.host, &THIS.space), std::process::id(), THIS.began)
 }
 
 /// Whether this machine knows that the process is gone that a name begins with ([`tag`]).
-pub(super) fn is_left_over(name: &str) -> bool {
+pub fn is_left_over(name: &str) -> bool {
     let mut parts = name.split('-');
     let is_here = parts.next() == Some(&machine(&THIS.host, &THIS.space));
     let (process, since) = (parts.next().and_then(|n| n.parse().ok()), parts.next().and_then(|n| n.parse().ok()));
@@ -121,7 +126,7 @@ pub(super) fn is_abandoned(path: &Path, patience: Duration) -> bool {
     if Holder::parse(&text).is_some_and(|holder| holder.is_gone()) {
         return true;
     }
-    is_silent(path, patience)
+    is_silent(path, if text.is_empty() { patience.min(PATIENCE_NAMELESS) } else { patience })
 }
 
 /// Whether the file at `path` was not touched for `patience`, by the clocks.
@@ -153,6 +158,10 @@ mod tests {
         assert!(!is_left_over(&now) && is_left_over(&before) && !is_left_over(&format!("{}x", tag())));
         assert!(!is_left_over(&before[1..]) && !is_left_over("x.lock"), "nothing is known of others");
         child.kill().unwrap();
+        while !other.is_gone() {
+            // Killed, and not yet asked after.
+            std::thread::sleep(Duration::from_millis(10));
+        }
         child.wait().unwrap();
         assert!(other.is_gone() && is_left_over(&now));
     }

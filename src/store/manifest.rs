@@ -58,6 +58,30 @@ pub struct Member {
     pub bytes: u64,
 }
 
+/// Digest of an artefact: its members by name, each with kind, data type, shape and digest.
+///
+/// Texts and lists are preceded by their length (u64, little endian), so that no two artefacts share a
+/// byte stream.
+pub fn digest_of(members: &[Member]) -> Digest {
+    let mut sorted: Vec<&Member> = members.iter().collect();
+    sorted.sort_by(|a, b| a.name.cmp(&b.name));
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(b"rootvox artefact 1");
+    hasher.update(&(sorted.len() as u64).to_le_bytes());
+    for member in sorted {
+        for text in [member.name.as_str(), member.kind.as_str(), member.dtype.map_or("", |dtype| dtype.as_str())] {
+            hasher.update(&(text.len() as u64).to_le_bytes());
+            hasher.update(text.as_bytes());
+        }
+        hasher.update(&(member.shape.len() as u64).to_le_bytes());
+        for &n in &member.shape {
+            hasher.update(&(n as u64).to_le_bytes());
+        }
+        hasher.update(&member.digest.0);
+    }
+    Digest(hasher.finalize().into())
+}
+
 /// One upstream artefact of a node.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct InputRecord {
@@ -145,6 +169,11 @@ pub struct Manifest {
 }
 
 impl Manifest {
+    /// Whether it is the record of the node `key`, and its members are those that its digest was made of.
+    pub(super) fn is_sound(&self, key: Key) -> bool {
+        self.format == FORMAT && self.key == key && digest_of(&self.members) == self.digest
+    }
+
     /// Bytes on disk of all members.
     pub fn bytes(&self) -> u64 {
         self.members.iter().map(|member| member.bytes).sum()

@@ -61,13 +61,13 @@ pub use failure::Failure;
 pub use files::{leads_inside, shared_files, tree};
 pub use free::{write_array, write_group};
 pub use history::Past;
-pub use holder::Holder;
-pub use manifest::{FORMAT, InputRecord, Manifest, Member, MemberKind, Params};
+pub use holder::{Holder, is_left_over, tag as process_tag};
+pub use manifest::{FORMAT, InputRecord, Manifest, Member, MemberKind, Params, digest_of};
 pub use output::Output;
 pub use remote::Pushed;
 pub use share::Destination;
 pub use usage::InUse;
-pub use virtual_array::{ArraySpec, Slab, SlabSource, VirtualArtefact, digest_of};
+pub use virtual_array::{ArraySpec, Slab, SlabSource, VirtualArtefact};
 
 use crate::error::{Error, Result};
 use claim::Claims;
@@ -199,8 +199,10 @@ impl Store {
     fn own(&self, stage: &str, key: Key) -> Result<Option<Manifest>> {
         let path = self.folder(stage, key).join("manifest.json");
         match std::fs::read(&path) {
-            // A record that is damaged says nothing: the node is computed again and takes its place.
-            Ok(text) => Ok(serde_json::from_slice(&text).ok()),
+            // A record that is damaged, or of another node, says nothing: the node is computed again and takes its place.
+            Ok(text) => {
+                Ok(serde_json::from_slice(&text).ok().filter(|m: &Manifest| m.stage == stage && m.is_sound(key)))
+            }
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(e) => Err(Error::io("read", &path, e)),
         }
@@ -235,7 +237,7 @@ impl Store {
     pub fn close(&self, draft: &mut Draft, record: &mut Manifest) -> Result<()> {
         let output = std::mem::replace(&mut draft.output, Output::new(&draft.folder));
         (record.members, record.warnings) = output.close()?;
-        record.digest = digest::of_members(&record.members);
+        record.digest = digest_of(&record.members);
         Ok(())
     }
 

@@ -6,9 +6,9 @@ use ndarray::{Array2, ArrayD, Axis, IxDyn, Slice};
 use proptest::prelude::*;
 
 use super::array::{ArrayReader, SlabWriter};
-use super::digest::{self, ArrayHasher, Digest};
+use super::digest::{ArrayHasher, Digest};
 use super::element::{Dtype, Element};
-use super::manifest::{Member, MemberKind};
+use super::manifest::{Member, MemberKind, digest_of};
 
 fn names(rank: usize) -> Vec<&'static str> {
     ["t", "z", "y", "x", "c"][..rank].to_vec()
@@ -132,11 +132,29 @@ fn the_digest_of_an_artefact_is_pinned() {
         digest: Digest::of(b"hello"),
         bytes: 5,
     };
-    let both = digest::of_members(&[array.clone(), text.clone()]);
-    assert_eq!(both, digest::of_members(&[text, Member { bytes: 9, ..array }]), "neither order nor size on disk count");
+    let both = digest_of(&[array.clone(), text.clone()]);
+    assert_eq!(both, digest_of(&[text, Member { bytes: 9, ..array }]), "neither order nor size on disk count");
     assert_eq!(
         both.to_string(),
         "a58998ae14ccf780d055d6d6a44ce0f17d89b328f16301893b231908cf21ddea",
         "the form of digests changed: every store would miss; if that is meant, raise the store's FORMAT"
     );
+}
+
+#[test]
+fn another_shape_or_fill_value_than_was_written_is_damage() {
+    let values = ArrayD::<f32>::zeros(IxDyn(&[4, 5]));
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), &values, &[4]);
+    let open = |shape: &[usize]| ArrayReader::<f32>::open(dir.path(), shape).map(drop).map_err(|e| e.message);
+    open(&[4, 5]).unwrap();
+    assert!(open(&[3, 5]).is_err_and(|text| text.contains("not what was written")));
+    let path = dir.path().join("zarr.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let fill = serde_json::to_string(&found["fill_value"]).unwrap();
+    let other = text.replace(&format!("\"fill_value\": {fill}"), "\"fill_value\": 7.0");
+    assert_ne!(other, text);
+    std::fs::write(&path, other).unwrap();
+    assert!(open(&[4, 5]).is_err_and(|text| text.contains("not what was written")));
 }

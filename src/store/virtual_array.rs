@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use ndarray::{ArrayD, Axis, Slice};
 
-use super::digest::{self, ArrayHasher, Digest};
+use super::digest::ArrayHasher;
 use super::element::{Dtype, Element};
 use super::manifest::{Member, MemberKind};
 use crate::error::{Error, Result};
@@ -175,9 +175,4 @@ impl VirtualArtefact {
         }
         Ok(members)
     }
-}
-
-/// The digest that an artefact of these members has.
-pub fn digest_of(members: &[Member]) -> Digest {
-    digest::of_members(members)
 }

@@ -6,11 +6,15 @@ use super::crate_metadata::{self, Made};
 use super::lock::Lock;
 use crate::error::{Error, Result};
 use crate::flow::{NodeId, Report};
+use crate::store::{is_left_over, process_tag};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Name of the lock file in a results folder.
 pub const LOCK: &str = "study.lock";
+
+/// Ending of the old results while new ones take their place.
+const OLD: &str = "old";
 
 /// A results folder being written.
 pub struct Fresh {
@@ -35,8 +39,9 @@ impl Fresh {
         fs::create_dir_all(results_dir)
             .map_err(|e| Error::io("create", results_dir, e).help("name another folder with --results"))?;
         let beside = target.parent().unwrap_or(results_dir);
+        sweep(&target, name);
         let folder = tempfile::Builder::new()
-            .prefix(&format!(".{name}-"))
+            .prefix(&format!(".{name}-{}", process_tag()))
             .tempdir_in(beside)
             .map_err(|e| Error::io("write into", beside, e).help("name another folder with --results"))?;
         let fresh = Self { folder, target };
@@ -85,11 +90,34 @@ impl Fresh {
 /// # Errors
 /// Where it, or the folder it would be made in, cannot be written, or something else stands in their place.
 pub fn check_place(results_dir: &Path, name: &str) -> Result<()> {
-    check_free(&results_dir.join(name))?;
+    let target = results_dir.join(name);
+    sweep(&fs::canonicalize(&target).unwrap_or_else(|_| target.clone()), name);
+    check_free(&target)?;
     let mut there = results_dir.ancestors().filter(|a| a.as_os_str().is_empty() || a.exists());
     let there = there.next().filter(|a| !a.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let tried = tempfile::Builder::new().prefix(".rootvox-").tempdir_in(there);
-    tried.map(drop).map_err(|e| Error::io("write into", results_dir, e).help("name another folder with --results"))
+    // A file without a name: nothing can stay behind.
+    tempfile::tempfile_in(there)
+        .map(drop)
+        .map_err(|e| Error::io("write into", results_dir, e).help("name another folder with --results"))
+}
+
+/// Removes what processes that are gone left beside the results of study `name`. Where one died between the two renames that
+/// swap results, the old ones are put back first: people's own files may lie in them.
+fn sweep(target: &Path, name: &str) {
+    let Some(entries) = target.parent().and_then(|beside| fs::read_dir(beside).ok()) else { return };
+    let ours = format!(".{name}-");
+    for path in entries.flatten().map(|entry| entry.path()) {
+        let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if !file.strip_prefix(&ours).is_some_and(is_left_over) {
+            continue;
+        }
+        let is_old = path.extension().is_some_and(|extension| extension == OLD);
+        if is_old && !target.exists() && fs::rename(&path, target).is_ok() {
+            continue;
+        }
+        // What cannot be removed now is swept later.
+        let _ = fs::remove_dir_all(&path);
+    }
 }
 
 /// Fails where the target holds something that is no result.
@@ -133,7 +161,7 @@ fn swap_in(fresh: tempfile::TempDir, target: &Path) -> Result<()> {
     let fresh = fresh.keep();
     // Names of studies may hold dots.
     let mut aside = fresh.clone().into_os_string();
-    aside.push(".old");
+    aside.push(format!(".{OLD}"));
     let aside = PathBuf::from(aside);
     let swapped = (if had { fs::rename(target, &aside) } else { Ok(()) }).and_then(|()| fs::rename(&fresh, target));
     if let Err(e) = swapped {
@@ -189,6 +217,27 @@ fn copy(from: &Path, to: &Path) -> Result<()> {
 mod tests {
     use super::*;
     use std::os::unix::fs::PermissionsExt;
+
+    #[test]
+    fn of_a_process_that_died_while_it_swapped_the_old_results_come_back() {
+        let dir = tempfile::tempdir().unwrap();
+        let tag = process_tag();
+        let dead = tag.replace(&format!("-{}-", std::process::id()), &format!("-{}-", u32::MAX - 1));
+        let make = |name: &str| {
+            fs::create_dir(dir.path().join(name)).unwrap();
+            fs::write(dir.path().join(name).join("mine.txt"), name).unwrap();
+        };
+        for name in [format!(".a-{dead}x"), format!(".a-{dead}x.old"), format!(".b-{dead}x"), format!(".a-{tag}x")] {
+            make(&name);
+        }
+        check_place(dir.path(), "b").unwrap();
+        sweep(&dir.path().join("a"), "a");
+        let mut left: Vec<String> =
+            fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        left.sort();
+        assert_eq!(left, [format!(".a-{tag}x"), "a".to_owned()], "the living keeps its own");
+        assert_eq!(fs::read_to_string(dir.path().join("a/mine.txt")).unwrap(), format!(".a-{dead}x.old"));
+    }
 
     #[test]
     fn results_that_are_read_only_are_replaced_and_nothing_stays_behind() {

@@ -21,4 +21,5 @@ mod slice;
 mod work;
 
 pub use server::{Served, serve};
-pub use session::{Opening, Session};
+pub use session::Session;
+pub use work::Opening;

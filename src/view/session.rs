@@ -5,12 +5,11 @@ use super::fields::{self, Changes, Field};
 use super::keeper::Keeper;
 use super::message::{About, Message, Teller};
 use super::page;
-use super::work::{self, Machine, Study, Turn};
+use super::work::{self, Machine, Opening, Study, Turn};
 use crate::error::{Error, Kind, Result};
 use crate::flow::Event;
 use crate::store::Store;
 use serde_json::{Map, Value, json};
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -18,20 +17,6 @@ use tokio::sync::broadcast::Receiver;
 
 /// The file of corrections of a study that names none, beside it.
 const CORRECTIONS: &str = "corrections.toml";
-
-/// What a session begins with.
-pub struct Opening {
-    /// The study file.
-    pub study: PathBuf,
-    /// `--set` of the command line.
-    pub overrides: Vec<String>,
-    /// Threads that nodes may take.
-    pub threads: usize,
-    /// Bytes that running nodes may take together.
-    pub memory_bytes: u64,
-    /// Nothing but the store may be written.
-    pub read_only: bool,
-}
 
 /// What is to be computed.
 struct Wanted {

@@ -1,7 +1,6 @@
 //! What one turn computes, in the order in which it is looked at.
 
 use super::message::{About, Teller};
-use super::session::Opening;
 use crate::error::{Error, Result};
 use crate::flow::{Engine, Event, Graph, NodeId, Report};
 use crate::report::page::{Page, changing_views};
@@ -16,9 +15,23 @@ use crate::study::settings::Settings;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::json;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+
+/// What a session begins with.
+pub struct Opening {
+    /// The study file.
+    pub study: PathBuf,
+    /// `--set` of the command line.
+    pub overrides: Vec<String>,
+    /// Threads that nodes may take.
+    pub threads: usize,
+    /// Bytes that running nodes may take together.
+    pub memory_bytes: u64,
+    /// Nothing but the store may be written.
+    pub read_only: bool,
+}
 
 /// The one study of a file, with some settings laid over it.
 pub struct Study {

@@ -7,6 +7,7 @@ mod care;
 mod corrections;
 mod explain;
 mod explained;
+mod faults;
 mod figure6;
 mod init;
 mod kill;

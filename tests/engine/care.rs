@@ -103,12 +103,13 @@ fn values_make_room_but_what_follows_is_still_found() {
     let report = report.unwrap();
     assert_eq!(ran(&log), ["count", "spread/0", "spread/1", "spread/2", "spread/3", "sum"]);
     let spread = graph.find("spread/0").unwrap();
+    assert!(report.digest(sum).is_some() && report.digest(spread).is_some());
     let pinned = BTreeSet::from([report.key(target).unwrap()]);
+    drop(report);
     store.pin("study", &pinned).unwrap();
     let rules = Collect { max_bytes: Some(0), ..Collect::default() };
     store.collect(&rules).unwrap();
     assert!(ran(&run_logged(&store, &graph, target, 2).1).is_empty());
-    assert!(report.digest(sum).is_some() && report.digest(spread).is_some());
     assert!(store.verify(false, &|_, _| Ok(())).unwrap().bad.is_empty());
     assert_eq!(store.pins().unwrap().keys().collect::<Vec<_>>(), ["study"]);
     store.unpin("study").unwrap();
@@ -122,6 +123,7 @@ fn old_and_unwanted_nodes_go_whole() {
     let (graph, target) = Study::default().graph(dir.path());
     let report = run_logged(&store, &graph, target, 2).0.unwrap();
     let keep_only = Some(graph.nodes().filter_map(|node| report.key(node)).collect::<BTreeSet<_>>());
+    drop(report);
     let (other, other_target) = Study { level: 9.0, ..Study::default() }.graph(dir.path());
     run_logged(&store, &other, other_target, 2).0.unwrap();
     let gone = store.collect(&Collect { keep_only, ..Collect::default() }).unwrap();
@@ -145,4 +147,17 @@ fn cleaning_waits_for_runs() {
     assert!(error.contains("a run is using the store"), "{error}");
     drop(using);
     store.collect(&Collect::default()).unwrap();
+}
+
+#[test]
+fn cleaning_waits_until_a_report_is_read() {
+    let (dir, store) = filled();
+    let (graph, target) = Study::default().graph(dir.path());
+    let report = run_logged(&store, &graph, target, 1).0.unwrap();
+    let all = Collect { max_bytes: Some(0), ..Collect::default() };
+    let other = Store::open(store.home()).unwrap();
+    assert!(other.collect(&all).err().unwrap().to_string().contains("a run is using the store"));
+    assert!(report.artefact(target).unwrap().json::<u64>("count").unwrap() > 0);
+    drop(report);
+    assert!(other.collect(&all).unwrap().emptied > 0);
 }

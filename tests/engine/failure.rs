@@ -120,3 +120,17 @@ fn a_node_too_large_for_the_budget_still_runs() {
     let (graph, target) = Study::default().graph(dir.path());
     Engine::new(&store).threads(2).memory_bytes(1).run(&graph, &[target]).unwrap();
 }
+
+#[test]
+fn the_record_of_a_failure_goes_once_the_node_is_found() {
+    let dir = tempfile::tempdir().unwrap();
+    write_files(dir.path(), 4);
+    let store = Store::open(&dir.path().join("cache")).unwrap();
+    let (graph, target) = Study::default().graph(dir.path());
+    let report = run_logged(&store, &graph, target, 2).0.unwrap();
+    // As where its record could not be read for a moment.
+    store.record_failure(report.key(target).unwrap(), "count", "cannot read", None);
+    assert_eq!(store.failures().len(), 1);
+    assert!(ran(&run_logged(&store, &graph, target, 2).1).is_empty());
+    assert!(store.failures().is_empty());
+}

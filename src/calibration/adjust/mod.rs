@@ -19,6 +19,7 @@
 //! (Schur complement), all sums run in a fixed order. The turn about z is not observable: it is held for
 //! the covariance and laid by [`super::similarity::first_view_to_azimuth_zero`] afterwards.
 
+mod axis;
 mod covariance;
 mod normal;
 mod solve;

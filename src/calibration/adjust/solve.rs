@@ -1,10 +1,11 @@
 //! The loop: standard deviations, Levenberg-Marquardt, again.
 
 use super::AdjustParams;
+use super::axis::{Axis, Play};
 use super::covariance::{Uncertainty, uncertainty};
 use super::normal::{Sigmas, cost, normal, outline_residual};
 use super::state::{Network, Start, State, on_cylinder};
-use super::turning::{Axis, Play, Turning};
+use super::turning::Turning;
 use crate::calibration::sparse::Sighting;
 use crate::error::{Error, Result};
 use crate::math::robust::spread;

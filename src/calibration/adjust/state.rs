@@ -1,6 +1,6 @@
 //! The adjustment's unknowns, observations and projections with their derivatives.
 
-use super::turning::{AXIS, Axis, Play};
+use super::axis::{AXIS, Axis, Play};
 use crate::calibration::sparse::Sighting;
 use crate::optics::lens::PixelSlopes;
 use crate::optics::{Lens, Mat3, Vec3, View};

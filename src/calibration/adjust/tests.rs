@@ -2,12 +2,12 @@ use super::*;
 use crate::calibration::similarity::first_view_to_azimuth_zero;
 use crate::calibration::sparse::Sighting;
 use crate::optics::{Distortion, Lens, Mat3, Vec3, View, turn_about_z};
+use axis::{AXIS, Axis};
 use nalgebra::{DVector, Rotation3};
 use normal::outline_residual;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use state::{COMMON, State, on_cylinder};
-use turning::{AXIS, Axis};
 
 const RADIUS: f64 = 60.0;
 const HEIGHT: f64 = 180.0;

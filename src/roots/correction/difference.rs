@@ -13,7 +13,7 @@
 //! Each step works on what the one before left, as the corrections will. What a place cannot tell apart (two roots as near) is tried a
 //! little further along.
 
-use super::place::nearest;
+use super::nearest::nearest;
 use super::tree::Tree;
 use super::{Change, CorrectionParams, Spot, Tie, World, one};
 use crate::error::Result;

@@ -106,7 +106,7 @@ pub(super) fn add(
 impl Tree {
     /// Whether any root runs through a place.
     fn on_any(&self, at: &Vec3, within_mm: f64) -> bool {
-        self.roots.iter().any(|r| super::place::nearest(&r.root.points_mm, at).1 <= within_mm)
+        self.roots.iter().any(|r| super::nearest::nearest(&r.root.points_mm, at).1 <= within_mm)
     }
 
     /// Median radius of the roots of an order, or of all, mm.

@@ -16,6 +16,7 @@
 pub mod difference;
 pub mod draw;
 pub mod evidence;
+pub mod nearest;
 pub mod place;
 pub mod rebase;
 #[cfg(test)]

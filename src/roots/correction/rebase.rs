@@ -21,7 +21,7 @@ pub(super) fn rebase(tree: &mut Tree, at: &Vec3, within_mm: f64) -> Done {
     let mut under = base;
     while let Some(parent) = tree.index(hung.0) {
         let line = &tree.roots[parent].root;
-        let (place, last) = (super::place::nearest(&line.points_mm, &hung.1).0, line.points_mm.len() - 1);
+        let (place, last) = (super::nearest::nearest(&line.points_mm, &hung.1).0, line.points_mm.len() - 1);
         let radius_mm = line.radii_mm[place];
         let next = (line.parent, Vec3::from(line.points_mm[0]));
         let id = line.id;

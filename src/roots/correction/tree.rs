@@ -110,7 +110,7 @@ impl Tree {
         self.roots.push(far);
         for lateral in self.roots.iter_mut().filter(|r| r.root.parent == from) {
             let first = Vec3::from(lateral.root.points_mm[0]);
-            if super::place::nearest(&old, &first).0 > point {
+            if super::nearest::nearest(&old, &first).0 > point {
                 lateral.root.parent = id;
             }
         }
@@ -168,7 +168,7 @@ impl Tree {
         self.roots[child].root.parent = self.roots[parent].root.id;
         self.set_order(child, order);
         let line = &self.roots[parent].root;
-        let start = super::place::nearest(&line.points_mm, place).0;
+        let start = super::nearest::nearest(&line.points_mm, place).0;
         let (from, radius_mm) = (line.points_mm[start], line.radii_mm[start]);
         self.trim(child, &Vec3::from(from), radius_mm);
         let gap = self.bridge(&self.joint(child, End::First), from);
@@ -184,7 +184,7 @@ impl Tree {
     fn leave(&mut self, child: usize, parent: usize) {
         let first = Vec3::from(self.roots[child].root.points_mm[0]);
         let line = &self.roots[parent].root;
-        let (k, _) = super::place::nearest(&line.points_mm, &first);
+        let (k, _) = super::nearest::nearest(&line.points_mm, &first);
         let (at, radius_mm) = (Vec3::from(line.points_mm[k]), line.radii_mm[k]);
         self.trim(child, &at, radius_mm);
     }

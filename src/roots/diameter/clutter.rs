@@ -3,7 +3,7 @@
 //! A piece hides another where both cover a pixel and it is at least `HIDES` (a half) times as strong: among close roots
 //! there are many weak ridges that are none, and these must not keep the photographs from looking at what is one.
 
-use super::profile::Sight;
+use super::sight::Sight;
 use super::track::{Beads, Track};
 use crate::roots::system::TracedRoot;
 use ndarray::Array2;

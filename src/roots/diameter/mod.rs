@@ -32,6 +32,7 @@ pub mod blur;
 pub mod clutter;
 pub mod profile;
 pub mod refine;
+pub mod sight;
 pub mod track;
 pub mod width;
 
@@ -42,9 +43,10 @@ use crate::error::{Error, Result};
 use crate::optics::Vec3;
 use bar::Bars;
 use clutter::Clutter;
-use profile::{Profile, Seen, Sight, profile};
+use profile::{Profile, Seen, profile};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sight::Sight;
 use track::{Beads, STRIDE, Track};
 
 /// Point spread of the pixel's own square, px.

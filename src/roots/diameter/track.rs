@@ -3,7 +3,7 @@
 //! Pixels are exact; the derivative is taken at every bead that may be measured. When a bead is moved across by
 //! a fraction of a millimetre its pixel follows by the derivative.
 
-use super::profile::{Jacobian, Pixel, Sight};
+use super::sight::{Jacobian, Pixel, Sight};
 use crate::optics::Vec3;
 use crate::roots::curve;
 

@@ -5,7 +5,7 @@
 //! more than one that begins below a gap.
 
 use super::Line;
-use super::walk::Part;
+use super::part::Part;
 use crate::roots::crown::NEAR_TOP;
 use crate::roots::strand::End;
 

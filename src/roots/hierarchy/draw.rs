@@ -1,6 +1,7 @@
 //! Roots from their ways: one smooth line each, led on to its parent; pruned and numbered.
 
-use super::walk::{Grown, Part};
+use super::part::Part;
+use super::walk::Grown;
 use super::{HierarchyParams, Line};
 use crate::math::robust::median;
 use crate::optics::Vec3;

@@ -23,6 +23,7 @@ pub mod attach;
 pub mod base;
 pub mod crown;
 pub mod draw;
+pub mod part;
 pub mod passing;
 pub mod rejoin;
 pub mod support;

@@ -9,7 +9,8 @@
 //! Both must have one direction within `MOST_DEG` and one thickness within `MOST_RATIO`. The straightest goes first.
 
 use super::Line;
-use super::walk::{Grown, Part, places};
+use super::part::Part;
+use super::walk::{Grown, places};
 use crate::optics::Vec3;
 use crate::roots::repair::{Kind, Repair};
 use crate::roots::trace::Pieces;

@@ -2,6 +2,7 @@
 
 use super::attach::{Hang, free_base};
 use super::base::upper;
+use super::part::Part;
 use super::{HierarchyParams, Line};
 use crate::optics::Vec3;
 use crate::roots::strand::End;
@@ -15,25 +16,6 @@ const MOST: f64 = 4.0;
 const THICKNESS_WINDOWS: f64 = 4.0;
 /// What the ridge itself says for the branch that it was traced into.
 const SAME_PIECE: f64 = 0.5;
-
-/// Part of a piece, run through from one point to another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Part {
-    /// The piece.
-    pub piece: usize,
-    /// Where the root enters.
-    pub from: usize,
-    /// Where it leaves.
-    pub to: usize,
-}
-
-impl Part {
-    /// The points run through, in order.
-    pub fn points(self) -> impl DoubleEndedIterator<Item = usize> {
-        let Self { from, to, .. } = self;
-        (0..=from.abs_diff(to)).map(move |k| if from <= to { from + k } else { from - k })
-    }
-}
 
 /// A root before it is drawn.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,11 +3,12 @@
 //! `pins/<name>.json` holds the keys of one pin.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write;
 use std::path::PathBuf;
 
 use crate::error::{Error, Result};
 use crate::store::digest::Key;
-use crate::store::{Store, files};
+use crate::store::{Store, files, holder};
 
 impl Store {
     fn pin_file(&self, name: &str) -> Result<PathBuf> {
@@ -26,9 +27,15 @@ impl Store {
         let text = serde_json::to_vec_pretty(keys).map_err(|e| Error::failed(format!("pin `{name}`: {e}")))?;
         let folder = self.root().join("pins");
         std::fs::create_dir_all(&folder).map_err(|e| Error::io("create", &folder, e))?;
-        let fresh = folder.join(format!(".{name}.{}", std::process::id()));
-        files::write_synced(&fresh, &text)?;
-        std::fs::rename(&fresh, &path).map_err(|e| Error::io("write", &path, e))
+        let write = || -> std::io::Result<()> {
+            // In the folder that is swept, should this process die.
+            let mut fresh = files::shared_files().prefix(&holder::tag()).tempfile_in(self.root().join("tmp"))?;
+            fresh.write_all(&text)?;
+            fresh.as_file().sync_all()?;
+            fresh.persist(&path)?;
+            Ok(())
+        };
+        write().map_err(|e| Error::io("write", &path, e))
     }
 
     /// Removes a pin.

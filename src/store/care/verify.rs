@@ -8,9 +8,9 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::store::array::ArrayReader;
-use crate::store::digest::{self, ArrayHasher, Digest, Key};
+use crate::store::digest::{ArrayHasher, Digest, Key};
 use crate::store::element::{Dtype, Element};
-use crate::store::manifest::{FORMAT, Manifest, Member, MemberKind};
+use crate::store::manifest::{FORMAT, Manifest, Member, MemberKind, digest_of};
 use crate::store::virtual_array::ArraySpec;
 use crate::store::{Store, canonical, files};
 
@@ -85,10 +85,11 @@ pub(in crate::store) fn check_node(folder: &Path, key: Key) -> Result<u64> {
     let path = folder.join("manifest.json");
     let text = std::fs::read(&path).map_err(|e| Error::io("read", &path, e))?;
     let manifest: Manifest = serde_json::from_slice(&text).map_err(|e| Error::io("understand", &path, e))?;
-    if manifest.format != FORMAT || manifest.key != key {
+    let stage = folder.parent().and_then(|shelf| shelf.file_name());
+    if manifest.format != FORMAT || manifest.key != key || stage.is_none_or(|stage| *stage != *manifest.stage) {
         return Err(Error::failed("the manifest belongs to another node"));
     }
-    if digest::of_members(&manifest.members) != manifest.digest {
+    if digest_of(&manifest.members) != manifest.digest {
         return Err(Error::failed("the digests of the members do not add up to that of the node"));
     }
     let mut expected: BTreeSet<String> = BTreeSet::from(["manifest.json".to_owned()]);
@@ -111,7 +112,8 @@ pub(in crate::store) fn check_node(folder: &Path, key: Key) -> Result<u64> {
     Ok(manifest.bytes())
 }
 
-fn check_member(folder: &Path, member: &Member) -> Result<()> {
+/// Fails where a member in the folder of its node is not what was written.
+pub(in crate::store) fn check_member(folder: &Path, member: &Member) -> Result<()> {
     let path = folder.join(&member.name);
     let (digest, bytes) = match member.kind {
         MemberKind::Bytes => files::digest_file(&path)?,

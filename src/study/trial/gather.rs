@@ -1,6 +1,6 @@
 //! What a trial's tables and page are made of, capture by capture, taken out of the store.
 
-use super::results::Tried;
+use super::tried::Tried;
 use crate::calibration::Registration;
 use crate::error::Result;
 use crate::evaluation::Score;

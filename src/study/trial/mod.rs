@@ -5,6 +5,7 @@ mod gather;
 mod page;
 pub mod results;
 mod tables;
+pub mod tried;
 
 use crate::error::{Error, Result};
 use crate::flow::NodeId;

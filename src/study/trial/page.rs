@@ -1,8 +1,8 @@
 //! The page of a trial: what it shows, gathered.
 
 use super::gather::Gathered;
-use super::results::Tried;
 use super::tables::{compared_columns, effects};
+use super::tried::Tried;
 use crate::error::Result;
 use crate::growth::compare::{ODD, oddness};
 use crate::report::trial::{Curve, Difference, Film, Known, Page, Shown};

@@ -3,18 +3,17 @@
 //! Written beside itself and swapped in by rename, as the results of a single study. Captures that failed are in `quality.csv` with
 //! their reason, and on the page.
 
-use super::{Days, Trial, gather, page, tables};
-use crate::error::{Error, Result};
-use crate::flow::{NodeId, Report};
+use super::tried::Tried;
+use super::{Trial, gather, page, tables};
+use crate::error::Result;
 use crate::formats::gltf;
-use crate::roots::{Root, TracedRoot, ink};
-use crate::study::batch::{Batch, Point, Study};
+use crate::roots::ink;
+use crate::study::batch::{Point, Study};
 use crate::study::crate_metadata::Made;
 use crate::study::folder::Fresh;
 use crate::study::lock::Lock;
 use crate::study::sweep_results::Swept;
 use crate::study::table::Table;
-use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Reads the tables and draws the figures.
@@ -23,58 +22,7 @@ const ANALYSIS: &str = include_str!("analysis.R");
 /// Sides of a root's tube in 3D.
 const SIDES: usize = 6;
 
-/// A trial that was run.
-pub struct Tried<'a> {
-    pub(super) batch: &'a Batch,
-    pub(super) trial: &'a Trial,
-    pub(super) report: &'a Report,
-    failures: &'a [(NodeId, Error)],
-    /// With each capture, why it failed.
-    pub failed: Vec<Option<Error>>,
-    /// With each plant of several days, why its roots could not be followed.
-    unfollowed: Vec<Option<Error>>,
-}
-
-impl<'a> Tried<'a> {
-    /// What a run made of the trial; `failures` are those of all nodes.
-    pub fn new(batch: &'a Batch, trial: &'a Trial, report: &'a Report, failures: &'a [(NodeId, Error)]) -> Self {
-        let faults: BTreeMap<NodeId, &Error> = failures.iter().rev().map(|(node, error)| (*node, error)).collect();
-        let mut walk = batch.graph.walk();
-        let mut fault = |targets: Vec<NodeId>| {
-            let reached = if faults.is_empty() { Vec::new() } else { walk.upstream(&targets) };
-            let first = reached.iter().filter_map(|node| faults.get_key_value(node)).min_by_key(|(node, _)| **node);
-            first.map(|(_, error)| (*error).clone())
-        };
-        // The points of a sweep fail one by one.
-        let failed = batch.studies.iter().map(|s| if s.is_sweep() { None } else { fault(s.targets()) }).collect();
-        let unfollowed = trial.days.iter().map(|days| fault(vec![days.follow])).collect();
-        Self { batch, trial, report, failures, failed, unfollowed }
-    }
-
-    /// Whether the captures are swept.
-    pub fn is_sweep(&self) -> bool {
-        self.batch.studies.iter().any(Study::is_sweep)
-    }
-
-    /// The capture of a study, for people.
-    pub fn title(&self, study: &Study) -> String {
-        let at = self.batch.studies.iter().position(|s| std::ptr::eq(s, study));
-        at.and_then(|at| self.trial.captures.get(at)).map_or_else(|| study.name.clone(), |c| c.title())
-    }
-
-    /// The failures, each naming its capture.
-    pub fn failures(&self) -> Vec<Error> {
-        let captures = self.trial.captures.iter().zip(&self.failed);
-        captures.filter_map(|(capture, fault)| Some(fault.clone()?.at(capture.title()))).collect()
-    }
-
-    /// Plants whose captures went through and whose roots still could not be followed, each named.
-    pub fn unfollowed(&self) -> Vec<Error> {
-        let is_sound = |days: &Days| !days.captures.iter().any(|n| self.failed[*n].is_some());
-        let days = self.trial.days.iter().zip(&self.unfollowed).filter(|(days, _)| is_sound(days));
-        days.filter_map(|(days, fault)| Some(fault.clone()?.at(format!("plant {}", days.plant)))).collect()
-    }
-
+impl Tried<'_> {
     /// Brings `folder/trial` up to date and tells whether it had to be written.
     ///
     /// # Errors
@@ -97,22 +45,6 @@ impl<'a> Tried<'a> {
         }
         fresh.publish(&lock, &Made::of(self.batch, &study, self.report))?;
         Ok(true)
-    }
-
-    /// The plants whose roots were followed.
-    pub(super) fn followed(&self) -> impl Iterator<Item = &'a Days> + '_ {
-        self.trial.days.iter().zip(&self.unfollowed).filter(|(_, fault)| fault.is_none()).map(|(days, _)| days)
-    }
-
-    /// Of each day of a plant the days since its first, and the roots in one frame under common numbers.
-    ///
-    /// # Errors
-    /// Where the result cannot be read.
-    pub(super) fn roots_over_days(&self, days: &Days) -> Result<Vec<(f64, Vec<Root>)>> {
-        let roots: Vec<Vec<TracedRoot>> = self.report.artefact(days.follow)?.json("days.json")?;
-        let time = |n: usize| self.trial.captures[days.captures[n]].date.as_ref().map_or(0.0, |d| d.days);
-        let plain = |of: Vec<TracedRoot>| of.into_iter().map(|traced| traced.root).collect();
-        Ok(roots.into_iter().enumerate().map(|(n, of)| (time(n) - time(0), plain(of))).collect())
     }
 
     /// Puts a file of roots per plant and day, in one frame and under common numbers, and one in 3D of all its days.

@@ -1,7 +1,7 @@
 //! The tables of a trial: tidy, one observation per row, plant, date and groups in front.
 
 use super::gather::Gathered;
-use super::results::Tried;
+use super::tried::Tried;
 use crate::error::Result;
 use crate::formats::growth_csv;
 use crate::formats::recalled_csv;
