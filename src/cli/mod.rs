@@ -10,6 +10,7 @@ mod cancel;
 mod check;
 mod cluster;
 mod cluster_status;
+mod compare;
 pub mod complaint;
 mod computed;
 mod corrections;
@@ -67,6 +68,7 @@ enum Command {
     Check(check::Check),
     Simulate(simulate::Simulate),
     Evaluate(evaluate::Evaluate),
+    Compare(compare::Compare),
     Belt(belt::Belt),
     Corrections(corrections::Corrections),
     Export(export::Export),
@@ -94,6 +96,7 @@ pub fn run() -> Result<()> {
         Command::Check(c) => c.run(),
         Command::Simulate(c) => c.run(),
         Command::Evaluate(c) => c.run(),
+        Command::Compare(c) => c.run(),
         Command::Belt(c) => c.run(),
         Command::Corrections(c) => c.run(),
         Command::Export(c) => c.run(),

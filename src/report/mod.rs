@@ -1,6 +1,7 @@
 //! Overlays, figures, the HTML report: pictures and pages as values, no files.
 
 pub mod capture_page;
+pub mod compare;
 pub mod contact;
 pub mod curves;
 pub mod hits;

@@ -4,6 +4,7 @@ mod bad_input;
 mod cameras;
 mod capture;
 mod care;
+mod compare;
 mod corrections;
 mod explain;
 mod explained;
