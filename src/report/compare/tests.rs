@@ -37,7 +37,7 @@ fn the_page_tells_what_differs_and_asks_for_nothing() {
     let page = Page::new("a plant", &shown);
     let html = page.html().unwrap();
     assert_eq!(html, Page::new("a plant", &shown).html().unwrap());
-    let body = &html[..html.find("id=\"data\"").unwrap()];
+    let body = &html[html.find("<body>").unwrap()..html.find("id=\"data\"").unwrap()];
     assert!(body.contains("No root differs.") && body.contains("in A only") && body.contains("in C only"));
     assert_eq!(body.matches("data-fate=\"length\"").count(), 1);
     // −30 mm are −24 % of A's 126 mm.

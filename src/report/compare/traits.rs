@@ -88,7 +88,7 @@ mod tests {
             let (apart, share) = difference(a, b);
             format!("{apart} {share}")
         };
-        assert_eq!(told(912.05, 900.0), "−12.1 −1.3");
+        assert_eq!(told(912.3, 900.0), "−12.3 −1.3");
         assert_eq!(told(-2.0, -1.0), "+1 +50");
         assert_eq!((told(3.0, 3.0), told(0.0, 4.0), told(f64::NAN, 1.0)), ("0 0".into(), "+4 –".into(), "– –".into()));
     }
