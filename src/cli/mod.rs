@@ -19,6 +19,7 @@ mod evaluate;
 mod explain;
 mod export;
 mod export_cameras;
+mod export_figure;
 mod init;
 mod options;
 mod pack;

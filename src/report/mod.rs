@@ -4,6 +4,7 @@ pub mod capture_page;
 pub mod compare;
 pub mod contact;
 pub mod curves;
+pub mod figure;
 pub mod hits;
 pub mod lines;
 pub mod outline;

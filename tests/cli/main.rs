@@ -9,6 +9,7 @@ mod corrections;
 mod explain;
 mod explained;
 mod figure6;
+mod figures;
 mod init;
 mod kill;
 mod photos;
