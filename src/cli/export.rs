@@ -1,7 +1,8 @@
-//! `rootvox export`: single pictures, or the cameras, out of a study.
+//! `rootvox export`: single pictures, figures, or the cameras, out of a study.
 
 use super::computed::computed;
 use super::export_cameras::Cameras;
+use super::export_figure::Figure;
 use super::options::{MachineOptions, StoreOptions, StudyOptions};
 use super::terminal::talkln;
 use crate::error::{Error, Result};
@@ -17,7 +18,7 @@ use clap::{Args, Subcommand};
 use ndarray::{Axis, s};
 use std::path::PathBuf;
 
-/// Take a single picture, or the cameras, out of a study.
+/// Take a single picture, a figure, or the cameras, out of a study.
 #[derive(Args)]
 pub struct Export {
     #[command(subcommand)]
@@ -29,6 +30,7 @@ enum What {
     Slice(Slice),
     Evidence(Evidence),
     Cameras(Cameras),
+    Figure(Figure),
 }
 
 /// A horizontal slice of one view's volume: how the rays of that photograph run through the water.
@@ -60,7 +62,7 @@ struct Slice {
 }
 
 impl Export {
-    /// Writes the picture or the cameras.
+    /// Writes the picture, the figure or the cameras.
     ///
     /// # Errors
     /// Faults of the study, an unknown photograph, a depth outside the grid.
@@ -69,6 +71,7 @@ impl Export {
             What::Slice(slice) => slice.run(),
             What::Evidence(evidence) => evidence.run(),
             What::Cameras(cameras) => cameras.run(),
+            What::Figure(figure) => figure.run(),
         }
     }
 }

@@ -10,6 +10,7 @@ mod cancel;
 mod check;
 mod cluster;
 mod cluster_status;
+mod compare;
 pub mod complaint;
 mod computed;
 mod corrections;
@@ -18,6 +19,7 @@ mod evaluate;
 mod explain;
 mod export;
 mod export_cameras;
+mod export_figure;
 mod init;
 mod options;
 mod pack;
@@ -68,6 +70,7 @@ enum Command {
     Check(check::Check),
     Simulate(simulate::Simulate),
     Evaluate(evaluate::Evaluate),
+    Compare(compare::Compare),
     Belt(belt::Belt),
     Corrections(corrections::Corrections),
     Export(export::Export),
@@ -95,6 +98,7 @@ pub fn run() -> Result<()> {
         Command::Check(c) => c.run(),
         Command::Simulate(c) => c.run(),
         Command::Evaluate(c) => c.run(),
+        Command::Compare(c) => c.run(),
         Command::Belt(c) => c.run(),
         Command::Corrections(c) => c.run(),
         Command::Export(c) => c.run(),

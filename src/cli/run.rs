@@ -10,7 +10,7 @@ use crate::flow::{Engine, Report};
 use crate::store::Store;
 use crate::study::batch::{Batch, Study};
 use crate::study::cost::{Cost, Verdict};
-use crate::study::sweep_results::Swept;
+use crate::study::sweep_results::{COMPARE, Swept};
 use crate::study::{command, folder, results};
 use clap::Args;
 use std::collections::BTreeSet;
@@ -149,6 +149,9 @@ impl Run {
         let failed = swept.failures().len();
         talkln!("{}: {} points, {failed} failed", study.name, study.points.len());
         self.say(study, written, "contact.svg");
+        if swept.is_compared() {
+            eprintln!("points compared: {}", self.results.join(&study.name).join(COMPARE).display());
+        }
         let Some(column) = &self.best else { return Ok(()) };
         let table = swept.table()?;
         let best = table.best(column)?.and_then(|n| study.points.get(n).zip(table.rows.get(n)));

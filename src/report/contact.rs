@@ -44,6 +44,8 @@ pub struct Slice {
 const WIDTH: f64 = 240.0;
 /// Space between panels, px.
 const GAP: f64 = 12.0;
+/// Space for title and link, px.
+const TOP: f64 = 52.0;
 /// Height of a line of text, px.
 const LINE: f64 = 16.0;
 /// Letters of a line in a panel.
@@ -53,17 +55,17 @@ const MOST_PX: f64 = 480.0;
 /// RGB of the background.
 const GROUND: [u8; 3] = [17, 17, 17];
 
-/// The sheet as SVG, `columns` panels a row.
+/// The sheet as SVG, `columns` panels a row; `page` is the address of one that shows the roots in space.
 ///
 /// # Errors
 /// Where a picture cannot be written.
-pub fn sheet(title: &str, panels: &[Panel], columns: usize) -> Result<String> {
+pub fn sheet(title: &str, panels: &[Panel], columns: usize, page: Option<&str>) -> Result<String> {
     let columns = columns.clamp(1, panels.len().max(1));
     let text_px = LINE * panels.iter().map(|p| p.lines.len()).max().unwrap_or(0) as f64 + 6.0;
     let aspect = panels.iter().map(|p| p.depth_mm / (2.0 * p.radius_mm)).fold(0.0, f64::max);
     let slices = panels.iter().filter_map(|p| p.slice.as_ref()).map(|s| s.pictures.len()).max().unwrap_or(0);
     let (step_x, step_y) = (WIDTH + GAP, text_px + WIDTH * aspect + (WIDTH + LINE + 4.0) * slices as f64 + GAP);
-    let (width, height) = (GAP + step_x * columns as f64, 40.0 + GAP + step_y * panels.len().div_ceil(columns) as f64);
+    let (width, height) = (GAP + step_x * columns as f64, TOP + GAP + step_y * panels.len().div_ceil(columns) as f64);
     let all = panels.iter().filter_map(|p| p.roots.as_ref().ok()).flatten();
     let greatest = all.map(|(_, rootness)| *rootness).fold(f32::MIN_POSITIVE, f32::max);
     let mut svg = format!(
@@ -72,8 +74,15 @@ pub fn sheet(title: &str, panels: &[Panel], columns: usize) -> Result<String> {
          fill=\"white\"/><text x=\"{GAP}\" y=\"28\" font-size=\"18\">{}</text>\n",
         escape(title)
     );
+    if let Some(page) = page {
+        let page = escape(page);
+        let _ = writeln!(
+            svg,
+            "<a href=\"{page}\"><text x=\"{GAP}\" y=\"44\" fill=\"#0a6788\" text-decoration=\"underline\">side by side in space: {page}</text></a>"
+        );
+    }
     for (n, panel) in panels.iter().enumerate() {
-        let (x, y) = (GAP + step_x * (n % columns) as f64, 40.0 + step_y * (n / columns) as f64);
+        let (x, y) = (GAP + step_x * (n % columns) as f64, TOP + step_y * (n / columns) as f64);
         for (k, line) in panel.lines.iter().enumerate() {
             let weight = if k == 0 { " font-weight=\"bold\"" } else { "" };
             let baseline = y + LINE * (k as f64 + 1.0);
@@ -195,15 +204,18 @@ mod tests {
 
     #[test]
     fn failed_points_have_their_place_on_the_sheet() {
-        let svg = sheet("s", &[panel(Ok(vec![([0.0; 3], 0.5)])), panel(Err("no camera".into()))], 2).unwrap();
+        let svg =
+            sheet("s", &[panel(Ok(vec![([0.0; 3], 0.5)])), panel(Err("no camera".into()))], 2, Some("compare.html"))
+                .unwrap();
         assert!(svg.contains("data:image/png;base64,iVBOR") && svg.contains("no camera") && svg.contains("a &lt; b"));
+        assert!(svg.contains("<a href=\"compare.html\">"));
     }
 
     #[test]
     fn roots_of_a_slice_are_dots_on_its_first_picture() {
         let pictures = vec![("merged".into(), vec![1]), ("coverage".into(), vec![2])];
         let slice = Slice { pictures, roots: vec![[1.0, -2.0], [3.0, 4.0]], half_mm: 10.5 };
-        let svg = sheet("s", &[Panel { slice: Some(slice), ..panel(Ok(Vec::new())) }], 1).unwrap();
+        let svg = sheet("s", &[Panel { slice: Some(slice), ..panel(Ok(Vec::new())) }], 1, None).unwrap();
         let (merged, coverage) = (svg.find(">merged<").unwrap(), svg.find(">coverage<").unwrap());
         assert_eq!(svg[merged..coverage].matches("<circle").count(), 2);
         assert_eq!(svg[coverage..].matches("<circle").count(), 0);

@@ -38,6 +38,7 @@ const KNOWN: &[(&str, &str, &str)] = &[
     ("curves.svg", "image/svg+xml", "Scores against the swept parameter"),
     ("curves.csv", "text/csv", "Scores against the swept parameter: mean, least, greatest"),
     ("contact.svg", "image/svg+xml", "The roots of every point side by side"),
+    ("compare.html", "text/html", "The roots of every point side by side in space, and what differs"),
     ("study", "application/toml", "The study file"),
     ("input", "image/jpeg", "What the study reads: photographs, cameras, tank"),
     ("results", "application/json", "The results of each study, a folder each"),

@@ -3,6 +3,7 @@
 pub mod batch;
 mod clean_path;
 pub mod command;
+pub mod compare;
 pub mod cost;
 pub mod crate_metadata;
 pub mod document;

@@ -1,10 +1,11 @@
 //! The results folder of a sweep: `sweep.csv`, `contact.svg`, where scores stand against a number `curves.svg` and
-//! `curves.csv`, and per point `points/<number>/` with its numbers.
+//! `curves.csv`, and per point `points/<number>/` with its numbers. A sweep with traits whose points can be compared has `compare.html`.
 //!
 //! Written beside itself and swapped in by rename, as the results of a single study. Points that failed are in the
 //! table with their error and on the sheet with an empty panel.
 
 use super::batch::{Batch, Point, Study};
+use super::compare::{self, Done};
 use super::crate_metadata::Made;
 use super::folder::Fresh;
 use super::lock::Lock;
@@ -16,11 +17,15 @@ use super::table::Table;
 use crate::error::{Error, Result};
 use crate::evaluation::{CameraErrors, Score};
 use crate::flow::{NodeId, Report};
+use crate::report::compare::Page;
 use crate::report::contact::{Panel, Slice, sheet};
 use crate::stages::evaluate_roots::Judgement;
 use crate::stages::extract::{self, RootPoint};
 use std::collections::BTreeMap;
 use std::path::Path;
+
+/// Name of the page on which the points are compared.
+pub const COMPARE: &str = "compare.html";
 
 /// Columns of a contact sheet at most, where the fastest axis has more values.
 const MOST_COLUMNS: usize = 8;
@@ -58,11 +63,16 @@ impl<'a> Swept<'a> {
         points.filter_map(|(point, fault)| Some(fault.clone()?.at(self.study.title(point)))).collect()
     }
 
-    fn done(&self) -> impl Iterator<Item = (&'a Point, &'a Settings, &'a StudyNodes)> + '_ {
+    fn done(&self) -> impl Iterator<Item = Done<'a>> + '_ {
         self.study.points.iter().zip(&self.failed).filter_map(|(point, fault)| match (&point.planned, fault) {
             (Ok((settings, nodes)), None) => Some((point, settings, nodes)),
             _ => None,
         })
+    }
+
+    /// Whether the results have a page on which the points are compared.
+    pub fn is_compared(&self) -> bool {
+        compare::are_comparable(self.study, &self.done().collect::<Vec<_>>())
     }
 
     fn score(&self, nodes: &StudyNodes) -> Result<Option<Score>> {
@@ -161,7 +171,12 @@ impl<'a> Swept<'a> {
         }
         let scored =
             if tolerances.is_empty() { String::new() } else { format!(": F1 at {} mm", tolerances.join(", ")) };
-        sheet(&format!("{}{scored}", self.study.name), &panels, self.study.fastest.min(MOST_COLUMNS))
+        sheet(
+            &format!("{}{scored}", self.study.name),
+            &panels,
+            self.study.fastest.min(MOST_COLUMNS),
+            self.is_compared().then_some(COMPARE),
+        )
     }
 
     /// The pictures of the slice that the study asks for, and the roots in it.
@@ -202,6 +217,10 @@ impl<'a> Swept<'a> {
         if let Some(curves) = self.study.parameters.first().and_then(|parameter| Curves::of(&table, parameter)) {
             fresh.write("curves.svg", curves.svg(&self.study.name)?.as_bytes())?;
             fresh.write("curves.csv", &curves.csv()?)?;
+        }
+        if self.is_compared() {
+            let shown = compare::of_points(self.study, &self.done().collect::<Vec<_>>(), self.report)?;
+            fresh.write(COMPARE, Page::new(&self.study.name, &shown).html()?.as_bytes())?;
         }
         fresh.write("contact.svg", self.contact()?.as_bytes())?;
         fresh.publish(&lock, &Made::of(self.batch, self.study, self.report))?;

@@ -1,7 +1,7 @@
 //! When each point of a root was there first.
 
 use super::interval::foot;
-use super::overlap::places;
+use crate::growth::overlap::places;
 use crate::roots::TracedRoot;
 
 /// Of each root of day `day` and each of its points the first of the `times` at which the root had come as far; `days` have the roots of

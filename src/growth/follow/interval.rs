@@ -1,7 +1,7 @@
 //! What a root did between two days.
 
-use super::overlap::{Overlap, Place, overlaps, places};
 use super::{FollowParams, Track};
+use crate::growth::overlap::{Overlap, Place, overlaps, places};
 use crate::roots::Root;
 use serde::{Deserialize, Serialize};
 
@@ -89,7 +89,7 @@ fn followed(
     params: &FollowParams,
 ) -> Interval {
     let (a, b) = (&days[from].1[earlier], &days[to].1[later]);
-    let share = match overlaps(&[a], std::slice::from_ref(b), params.within_mm)[..] {
+    let share = match overlaps(&[a], &[b], params.within_mm, false)[..] {
         [Overlap { share, .. }] => share,
         _ => 0.0,
     };

@@ -4,8 +4,8 @@
 //! Where a root of the earlier day lies on several of the later, it is cut; stretches that lie on one are joined in its
 //! order, over gaps of [`GAP_MM`] at most, whichever way they were traced. What lies on none stays as it is.
 
-use super::overlap::Known;
 use super::rehang::{Rehung, joined, orders};
+use crate::growth::overlap::Known;
 use crate::optics::Vec3;
 use crate::roots::TracedRoot;
 use std::ops::Range;

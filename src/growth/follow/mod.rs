@@ -8,7 +8,6 @@
 mod emerged;
 mod interval;
 mod later;
-mod overlap;
 mod rehang;
 #[cfg(test)]
 mod tests;
@@ -18,8 +17,8 @@ pub use interval::{Interval, State};
 pub use rehang::Rehung;
 
 use crate::error::{Error, Result};
+use crate::growth::overlap::{Overlap, overlaps};
 use crate::roots::{Root, TracedRoot};
-use overlap::{Overlap, overlaps};
 use serde::{Deserialize, Serialize};
 
 /// How roots are followed.
@@ -187,7 +186,7 @@ fn last_of(n: usize, track: &Track) -> Option<Last> {
 
 /// Pairs of an earlier and a later root that are one, each root in one pair at most.
 fn matched(earlier: &[&Root], later: &[Root], params: &FollowParams) -> Vec<Overlap> {
-    let mut all = overlaps(earlier, later, params.within_mm);
+    let mut all = overlaps(earlier, &later.iter().collect::<Vec<_>>(), params.within_mm, false);
     all.retain(|pair| pair.share >= params.overlap);
     all.sort_by(|a, b| b.weight().total_cmp(&a.weight()).then((a.earlier, a.later).cmp(&(b.earlier, b.later))));
     let (mut of_earlier, mut of_later) = (vec![false; earlier.len()], vec![false; later.len()]);

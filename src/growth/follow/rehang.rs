@@ -4,7 +4,7 @@
 //! hangs on it as one. A branch that was there while the other was not yet is the root; the two tails then change places. What is
 //! settled so on one day holds for the days after it.
 
-use super::overlap::{Known, Place, places};
+use crate::growth::overlap::{Known, Place, places};
 use crate::optics::Vec3;
 use crate::roots::TracedRoot;
 use serde::{Deserialize, Serialize};

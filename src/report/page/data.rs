@@ -3,6 +3,7 @@
 //! Lists run alike: of a root, `xyz` has three numbers per point (mm, tank frame), the others one. Lengths are written to a
 //! hundredth, diameters to a thousandth of a millimetre.
 
+use super::shell::to;
 use super::{Page, Photograph, repaired};
 use crate::formats::tables::Table;
 use crate::roots::traits::glossary;
@@ -71,10 +72,4 @@ fn table(table: &Table) -> Value {
         })
         .collect();
     json!({ "columns": columns, "rows": table.rows })
-}
-
-/// Rounded to so many decimals; never a negative zero.
-fn to(value: f64, digits: i32) -> f64 {
-    let scale = 10f64.powi(digits);
-    (value * scale).round() / scale + 0.0
 }

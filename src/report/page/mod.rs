@@ -10,9 +10,10 @@ mod findings;
 pub(in crate::report) mod html;
 mod library;
 mod photographs;
-mod projection;
+pub(in crate::report) mod projection;
 mod provenance;
 mod repaired;
+pub(in crate::report) mod shell;
 mod tables;
 
 pub use corrections::Corrected;
@@ -20,13 +21,14 @@ pub use findings::{CameraOrigin, Evidence, Warning, directions};
 pub use photographs::Photograph;
 pub use provenance::Provenance;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::formats::tables::Table;
 use crate::optics::Tank;
 use crate::roots::RootSystem;
 use crate::roots::traits::Trait;
 use html::escape;
 use serde_json::Value;
+use shell::{Shell, json_text};
 use std::fmt::Write;
 
 /// What the page shows.
@@ -66,21 +68,10 @@ pub fn preview_px(photographs: usize) -> usize {
     ((PHOTO_PX[0] as f64 * share) as usize).max(PHOTO_PX[1])
 }
 
-/// Forbids every request; plotly.js compiles its shaders' wrappers at run time.
-const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; \
-                      img-src data: blob:; connect-src 'none'; form-action 'none'; base-uri 'none'";
-
-const STYLE: &str = include_str!("style.css");
-
-/// What plotly.js is told before it starts.
-const BEFORE: &str = include_str!("script/before.js");
-
-/// In the order in which they need each other.
-const SCRIPTS: [&str; 9] = [
+/// In the order in which they need each other, after those of every page.
+const SCRIPTS: [&str; 7] = [
     include_str!("script/state.js"),
-    include_str!("script/library.js"),
     include_str!("script/colour.js"),
-    include_str!("script/tube.js"),
     include_str!("script/space.js"),
     include_str!("script/plots.js"),
     include_str!("script/lines.js"),
@@ -116,18 +107,13 @@ pub fn changing_views(photographs: &[Photograph]) -> Result<String> {
     json_text(&Value::from(data::views(photographs)))
 }
 
-fn json_text(value: &Value) -> Result<String> {
-    serde_json::to_string(value).map_err(|e| Error::failed(format!("the report's data cannot be written as JSON: {e}")))
-}
-
 impl Page<'_> {
     /// The page as HTML.
     ///
     /// # Errors
     /// Where plotly.js is not what is expected, or a value cannot be written as JSON.
     pub fn html(&self) -> Result<String> {
-        let head = format!("<meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n");
-        self.write(&Live { head: &head, ..Live::default() }, &data::of(self))
+        self.write(&Live { head: &shell::offline(), ..Live::default() }, &data::of(self))
     }
 
     /// The page as HTML with what a program adds that serves it, and data for its scripts under `live`.
@@ -141,22 +127,8 @@ impl Page<'_> {
     }
 
     fn write(&self, live: &Live<'_>, data: &Value) -> Result<String> {
-        let name = escape(self.name);
-        let library = library::plotly()?;
         let room: usize = self.photographs.iter().map(|p| p.jpeg.len() / 3 * 4 + 2000).sum();
-        let mut t = String::with_capacity(library.len() + room + (1 << 20));
-        let _ = write!(
-            t,
-            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n{head}\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta name=\"color-scheme\" content=\"light dark\">\n\
-             <meta name=\"generator\" content=\"rootvox {version}\">\n<title>{name} – root system</title>\n\
-             <link rel=\"icon\" href=\"data:,\">\n<style>\n{STYLE}{style}</style>\n</head>\n<body>\n\
-             <a class=\"skip\" href=\"#main\">Skip to the result</a>\n",
-            version = env!("CARGO_PKG_VERSION"),
-            head = live.head,
-            style = live.style,
-        );
+        let mut t = String::with_capacity(room + (1 << 20));
         self.header(&mut t);
         t.push_str("<main id=\"main\">\n");
         self.glance(&mut t);
@@ -170,17 +142,15 @@ impl Page<'_> {
         provenance::section(&self.provenance, &mut t);
         t.push_str("</main>\n");
         t.push_str(photographs::VIEWER);
-        let data = json_text(data)?;
-        let nonce = if live.nonce.is_empty() { String::new() } else { format!(" nonce=\"{}\"", live.nonce) };
-        // Inside a script only this could end it.
-        let _ = writeln!(t, "<script type=\"application/json\" id=\"data\">{}</script>", data.replace("</", "<\\/"));
-        let _ = writeln!(
-            t,
-            "<script type=\"text/plain\" id=\"plotly\">\n{BEFORE}{library}\n</script>\n<script{nonce}>\n\"use strict\";\n(() => {{"
-        );
-        SCRIPTS.iter().chain(live.scripts).chain([&MAIN]).for_each(|script| t.push_str(script));
-        t.push_str("})();\n</script>\n</body>\n</html>\n");
-        Ok(t)
+        let scripts: Vec<&str> = SCRIPTS.iter().chain(live.scripts).chain([&MAIN]).copied().collect();
+        let shell = Shell {
+            title: &format!("{} – root system", self.name),
+            head: live.head,
+            nonce: live.nonce,
+            style: live.style,
+            scripts: &scripts,
+        };
+        shell.page(&t, data)
     }
 
     /// What changes of the page with the roots, as JSON: data for its scripts, and sections of HTML by their ids.
@@ -276,7 +246,7 @@ impl Page<'_> {
     }
 
     fn sides(&self) -> String {
-        projection::sides(self.tank, self.system)
+        projection::sides(self.tank, &self.system.plain())
     }
 }
 

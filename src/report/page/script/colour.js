@@ -2,15 +2,12 @@
 const VIRIDIS = ["#2f6c8e", "#25858e", "#1e9c89", "#33b479", "#5cc863", "#9bd93c", "#dde318", "#fde725"];
 const PLASMA = ["#b12a90", "#c8437b", "#dc5d67", "#ec7853", "#f7963f", "#fdb52e", "#fbd524", "#f0f921"];
 const KINDS = ["#56b4e9", "#e69f00", "#cc79a7", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#ffffff"];
-const PLAIN = "#8a949c";
 
-const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
 const rampColour = (ramp, share) => {
   const at = Math.min(Math.max(share, 0), 1) * (ramp.length - 1), k = Math.min(Math.floor(at), ramp.length - 2);
   const [a, b] = [rgb(ramp[k]), rgb(ramp[k + 1])];
   return a.map((x, c) => x + (at - k) * (b[c] - x));
 };
-const css = (colour) => `rgb(${colour.map((x) => Math.round(255 * x)).join(",")})`;
 
 // The value that a ramp shows at point k of a root.
 const VALUES = {
@@ -53,11 +50,6 @@ function rootColour(root) {
 
 function drawLegend() {
   const legend = $("legend"), value = VALUES[state.colour];
-  const key = (colour, text) => {
-    const swatch = make("span", { class: "swatch" });
-    swatch.style.background = colour;
-    return make("span", { class: "key" }, swatch, text);
-  };
   legend.replaceChildren();
   if (value) {
     const [low, high] = range(state.colour), bar = make("span", { class: "ramp" });
@@ -66,14 +58,14 @@ function drawLegend() {
     legend.append(value.title, make("span", { class: "key" }, low.toFixed(digits), bar, `${high.toFixed(digits)} ${value.unit}`));
   } else if (state.colour === "order") {
     const orders = [...new Set(data.roots.map((root) => root.order))].sort((a, b) => a - b);
-    for (const order of orders) legend.append(key(data.roots.find((root) => root.order === order).orderColour, `order ${order}`));
+    for (const order of orders) legend.append(legendKey(data.roots.find((root) => root.order === order).orderColour, `order ${order}`));
   } else if (state.colour === "root") {
     legend.append("Each root has a colour of its own, as in overlays/*-roots.jpg.");
   } else {
-    legend.append(key(PLAIN, "as the ridge shows it"));
+    legend.append(legendKey(PLAIN, "as the ridge shows it"));
     data.kinds.forEach((kind, k) => {
       const n = data.repairs.filter((repair) => repair.kind === k).length;
-      if (n) legend.append(key(KINDS[k], `${kind.name} (${n}): ${kind.about}`));
+      if (n) legend.append(legendKey(KINDS[k], `${kind.name} (${n}): ${kind.about}`));
     });
   }
 }

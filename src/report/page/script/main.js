@@ -1,12 +1,4 @@
 // Ties it together: what is seen first is drawn first.
-const hasWebGL = () => {
-  try {
-    return Boolean(document.createElement("canvas").getContext("webgl"));
-  } catch {
-    return false;
-  }
-};
-
 tieSpace();
 tieRoots();
 tieGallery();

@@ -1,8 +1,6 @@
 // The view in space: plotly.js draws, this turns it by buttons and keys and finds the root under the pointer.
 const MANY_POINTS = 12000;
 const sides = data.roots.reduce((sum, root) => sum + root.d.length, 0) > MANY_POINTS ? 4 : 6;
-const HOME = { eye: { x: 0.02, y: -2.05, z: 0.38 }, center: { x: 0, y: 0, z: 0 }, up: { x: 0, y: 0, z: 1 } };
-const TOP = { eye: { x: 0, y: -0.01, z: 2.2 }, center: { x: 0, y: 0, z: 0 }, up: { x: 0, y: 0, z: 1 } };
 // A live page adds its own traces after these.
 const TRACE = { roots: 0, tank: 1, repairs: 2, chosen: 3 };
 const moreTraces = [];
@@ -16,8 +14,7 @@ function rootsTrace() {
     const { x, y, z, i, j, k } = mesh;
     const of = new Map(data.roots.map((root) => [root.id, pointColours(root)]));
     const colours = mesh.root.map((id, n) => [...of.get(id)[mesh.point[n]], 1]);
-    const lighting = { ambient: 0.7, diffuse: 0.6, specular: 0.15, roughness: 0.7, fresnel: 0.05 };
-    return { type: "mesh3d", x, y, z, i, j, k, vertexcolor: colours, lighting, flatshading: false, hoverinfo: "none" };
+    return { type: "mesh3d", x, y, z, i, j, k, vertexcolor: colours, lighting: LIGHTING, flatshading: false, hoverinfo: "none" };
   }
   line = { x: [], y: [], z: [], root: [], point: [] };
   const colours = [];
@@ -29,30 +26,6 @@ function rootsTrace() {
     line.x.push(null), line.y.push(null), line.z.push(null), line.root.push(null), line.point.push(null), colours.push("#000");
   }
   return { type: "scatter3d", mode: "lines", x: line.x, y: line.y, z: line.z, line: { width: 4, color: colours }, hoverinfo: "none" };
-}
-
-function tankTrace() {
-  const { radius, floor, water, belts } = data.tank, x = [], y = [], z = [];
-  const ring = (height) => {
-    for (let k = 0; k <= 72; k++) x.push(radius * Math.cos((k * Math.PI) / 36)), y.push(radius * Math.sin((k * Math.PI) / 36)), z.push(-height);
-    x.push(null), y.push(null), z.push(null);
-  };
-  [0, water, floor, ...belts.flat().filter((h) => h > 0 && h < floor)].forEach(ring);
-  for (let k = 0; k < 4; k++) {
-    const [a, b] = [radius * Math.cos((k * Math.PI) / 2), radius * Math.sin((k * Math.PI) / 2)];
-    x.push(a, a, null), y.push(b, b, null), z.push(0, -floor, null);
-  }
-  return { type: "scatter3d", mode: "lines", x, y, z, line: { width: 1.5, color: "#66727b" }, hoverinfo: "skip", visible: state.tank };
-}
-
-// Depths beside the tank. As annotations: text in the scene itself takes plotly.js half a second.
-function depthMarks() {
-  const { radius, floor, water } = data.tank, every = floor > 150 ? 50 : 20, marks = [];
-  for (let depth = 0; depth <= floor - water; depth += every) {
-    const text = depth ? `${depth} mm` : "water";
-    marks.push({ x: radius * 1.03, y: 0, z: -water - depth, text, showarrow: false, xanchor: "left", font: { color: "#98a4ad", size: 11 }, visible: state.tank });
-  }
-  return marks;
 }
 
 function repairsTrace() {
@@ -72,18 +45,7 @@ function chosenTrace() {
   return { type: "mesh3d", x, y, z, i, j, k, color: "#ffffff", hoverinfo: "none", lighting: { ambient: 1, diffuse: 0 }, visible: Boolean(root) };
 }
 
-const traces = () => [rootsTrace(), tankTrace(), repairsTrace(), chosenTrace(), ...moreTraces.map((trace) => trace())];
-// Ticks and titles that nobody sees would still be cut into triangles, which takes half a second.
-const BARE = { visible: false, showspikes: false, title: { text: "" }, tickmode: "array", tickvals: [], ticktext: [] };
-const layout = () => ({
-  margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", showlegend: false, hovermode: "closest", uirevision: "kept",
-  font: { family: "system-ui, sans-serif" },
-  scene: {
-    aspectmode: "data", dragmode: "orbit", camera: state.camera || HOME, bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
-    xaxis: BARE, yaxis: BARE, zaxis: BARE,
-    annotations: depthMarks(),
-  },
-});
+const traces = () => [rootsTrace(), tankTrace(data.tank, state.tank), repairsTrace(), chosenTrace(), ...moreTraces.map((trace) => trace())];
 
 // The drawing from the side stands in the view's place until it is drawn.
 function sketchSpace() {
@@ -131,21 +93,10 @@ function tell(what) {
     `${depthOf(root.xyz[3 * k + 2]).toFixed(1)} mm deep, confidence ${root.confidence[k].toFixed(2)}`;
 }
 
+const layout = () => sceneLayout(state.camera || HOME, depthMarks(data.tank, state.tank));
+
 function turn(how) {
-  if (!drawn) return;
-  const camera = structuredClone(scene.layout.scene.camera || HOME);
-  const { eye, center } = camera, [dx, dy, dz] = [eye.x - center.x, eye.y - center.y, eye.z - center.z];
-  let reach = Math.hypot(dx, dy, dz), around = Math.atan2(dy, dx), up = Math.asin(dz / reach);
-  if (how === "left") around -= Math.PI / 12;
-  if (how === "right") around += Math.PI / 12;
-  if (how === "up") up = Math.min(up + Math.PI / 18, 1.55);
-  if (how === "down") up = Math.max(up - Math.PI / 18, -1.55);
-  if (how === "in") reach /= 1.25;
-  if (how === "out") reach *= 1.25;
-  const flat = reach * Math.cos(up);
-  camera.eye = { x: center.x + flat * Math.cos(around), y: center.y + flat * Math.sin(around), z: center.z + reach * Math.sin(up) };
-  camera.up = { x: 0, y: 0, z: 1 };
-  Plotly.relayout(scene, { "scene.camera": camera });
+  if (drawn) Plotly.relayout(scene, { "scene.camera": turned(scene.layout.scene.camera || HOME, how) });
 }
 
 function look(camera) {

@@ -1,18 +1,18 @@
-//! How much of an earlier root lies on a later one, and runs with it.
+//! How much of one root lies on another, and runs with it.
 
 use crate::optics::Vec3;
 use crate::roots::Root;
 use rstar::primitives::GeomWithData;
 use rstar::{PointDistance, RTree};
 
-/// Distance of the places that are looked at along an earlier root, mm.
+/// Distance of the places that are looked at along a root, mm.
 const STEP_MM: f64 = 0.5;
 /// Roots run together where their directions differ by less than 60 degrees.
 const TOGETHER: f64 = 0.5;
 /// Length over which a direction is taken, mm.
 const DIRECTION_MM: f64 = 3.0;
 
-/// An earlier root on a later one.
+/// One root, the earlier, on another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Overlap {
     /// Place of the earlier root in its list.
@@ -124,15 +124,15 @@ impl Known {
     }
 }
 
-/// All pairs of which any length lies together.
-pub(super) fn overlaps(earlier: &[&Root], later: &[Root], within_mm: f64) -> Vec<Overlap> {
-    let known = Known::of(later.iter(), within_mm);
+/// All pairs of which any length lies together; roots that run against each other count where `any_way`.
+pub(super) fn overlaps(earlier: &[&Root], later: &[&Root], within_mm: f64, any_way: bool) -> Vec<Overlap> {
+    let known = Known::of(later.iter().copied(), within_mm);
     let mut all = Vec::new();
     for (n, root) in earlier.iter().enumerate() {
         let own = places(root);
         let mut counts = vec![0usize; later.len()];
         for place in &own {
-            known.beside(&place.point_mm, &place.direction, false).iter().for_each(|b| counts[b.root] += 1);
+            known.beside(&place.point_mm, &place.direction, any_way).iter().for_each(|b| counts[b.root] += 1);
         }
         let length_mm = own.last().map_or(0.0, |p| p.arc_mm);
         for (other, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
