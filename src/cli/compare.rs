@@ -1,5 +1,6 @@
 //! `rootvox compare`: results of one plant side by side.
 
+use super::terminal::talkln;
 use crate::error::{Error, Result};
 use crate::report::compare::{MOST, Page};
 use crate::study::compare::{check_alike, of_folder};
@@ -49,11 +50,11 @@ impl Compare {
         let title = if names.iter().all(|name| *name == names[0]) { names[0].to_owned() } else { names.join(", ") };
         let page = Page::new(&title, &shown);
         std::fs::write(&self.out, page.html()?).map_err(|e| Error::io("write", &self.out, e))?;
-        page.told().for_each(|told| eprintln!("{told}"));
+        page.told().for_each(|told| talkln!("{told}"));
         for letter in page.strangers() {
-            eprintln!("warning: hardly any root of A is found in {letter}: are they of one plant, in one frame?");
+            talkln!("warning: hardly any root of A is found in {letter}: are they of one plant, in one frame?");
         }
-        eprintln!("look at: {}", self.out.display());
+        talkln!("look at: {}", self.out.display());
         Ok(())
     }
 }

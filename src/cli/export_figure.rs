@@ -1,5 +1,6 @@
 //! `rootvox export figure`: the roots of a result as a figure for papers.
 
+use super::terminal::talkln;
 use crate::error::{Error, Result};
 use crate::report::figure::{Colour, Figure as Drawing};
 use crate::study::compare::of_folder;
@@ -64,7 +65,7 @@ impl Figure {
             _ => png(&tree(&svg)?, self.width)?,
         };
         std::fs::write(&self.out, bytes).map_err(|e| Error::io("write", &self.out, e))?;
-        eprintln!("figure written: {}", self.out.display());
+        talkln!("figure written: {}", self.out.display());
         Ok(())
     }
 }

@@ -150,7 +150,7 @@ impl Run {
         talkln!("{}: {} points, {failed} failed", study.name, study.points.len());
         self.say(study, written, "contact.svg");
         if swept.is_compared() {
-            eprintln!("points compared: {}", self.results.join(&study.name).join(COMPARE).display());
+            talkln!("points compared: {}", self.results.join(&study.name).join(COMPARE).display());
         }
         let Some(column) = &self.best else { return Ok(()) };
         let table = swept.table()?;
