@@ -1,6 +1,6 @@
 //! A figure for papers: the roots from two sides and from above, to one scale, on white, with a scale bar; SVG in mm of paper.
 //!
-//! Lines are as wide as the roots, at least [`LEAST_PT`]; what is nearer is drawn over what is farther. Roots are coloured by order (Okabe and
+//! Lines are as wide as the roots, at least `LEAST_PT`; what is nearer is drawn over what is farther. Roots are coloured by order (Okabe and
 //! Ito's colours without those that white swallows), or along viridis without its lightest end by diameter or depth: maps that colour-blind
 //! eyes read. Equal values give equal bytes.
 

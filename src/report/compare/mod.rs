@@ -85,7 +85,7 @@ impl<'a> Page<'a> {
     /// The page as HTML.
     ///
     /// # Errors
-    /// As [`Shell::page`].
+    /// As `Shell::page`.
     pub fn html(&self) -> Result<String> {
         let mut t = String::new();
         self.header(&mut t);
