@@ -137,7 +137,7 @@ pub(super) fn unpack(object: impl Read, bytes: u64, stage: &str, key: Key, folde
     for member in manifest.members.iter().filter(|m| m.kind == MemberKind::Array && !manifest.is_virtual) {
         check_layout(&folder.join(&member.name), member)?;
     }
-    check_node(folder, key)?;
+    check_node(folder, stage, key)?;
     Ok(manifest)
 }
 

@@ -50,7 +50,7 @@ impl Store {
         let done = std::sync::atomic::AtomicUsize::new(0);
         let check = |folder: &PathBuf| -> Result<(u64, Option<Bad>)> {
             let found = match key_of(folder) {
-                Some(key) => check_node(folder, key),
+                Some(key) => check_node(folder, &stage_of(folder), key),
                 None => Err(Error::failed("its folder is not named after a key")),
             };
             step(done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, folders.len())?;
@@ -80,13 +80,17 @@ fn key_of(folder: &Path) -> Option<Key> {
     folder.file_name().and_then(|name| name.to_str()).and_then(Digest::parse)
 }
 
-/// Bytes of the sound node of that key in `folder`, or what is wrong with it.
-pub(in crate::store) fn check_node(folder: &Path, key: Key) -> Result<u64> {
+/// The stage whose nodes lie beside this one.
+fn stage_of(folder: &Path) -> String {
+    folder.parent().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// Bytes of the sound node `stage`, `key` in `folder`, or what is wrong with it.
+pub(in crate::store) fn check_node(folder: &Path, stage: &str, key: Key) -> Result<u64> {
     let path = folder.join("manifest.json");
     let text = std::fs::read(&path).map_err(|e| Error::io("read", &path, e))?;
     let manifest: Manifest = serde_json::from_slice(&text).map_err(|e| Error::io("understand", &path, e))?;
-    let stage = folder.parent().and_then(|shelf| shelf.file_name());
-    if manifest.format != FORMAT || manifest.key != key || stage.is_none_or(|stage| *stage != *manifest.stage) {
+    if manifest.format != FORMAT || manifest.key != key || manifest.stage != stage {
         return Err(Error::failed("the manifest belongs to another node"));
     }
     if digest_of(&manifest.members) != manifest.digest {
