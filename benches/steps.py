@@ -28,7 +28,8 @@ STEPS = {
     "matting": ("matting", ["grid.spacing=1.0"]),
     "confidence": ("gate", ["grid.spacing=1.0"]),
     "weighted merge": (None, ["grid.spacing=1.0"]),
-    "scale from the photographs (the defaults)": (None, []),
+    "scale from the photographs": (None, []),
+    "a fifth of the lowest views (the defaults)": (None, ["merge.quantile=0.2"]),
 }
 HERE = pathlib.Path(__file__).parents[1]
 
@@ -44,7 +45,7 @@ def scores(data, name, step, options, work):
     # The patch is in no key: every step has a store of its own.
     with tempfile.TemporaryDirectory() as cache:
         command = [HERE / "target/release/rootvox", "run", study, "--cache", cache, "--results", work]
-        command += [word for option in options for word in ("--set", option)]
+        command += [word for option in ["merge.quantile=0.25", *options] for word in ("--set", option)]
         subprocess.run(command, check=True, capture_output=True, env={**os.environ, **({"STEP": step} if step else {})})
     voxels, roots = (json.loads((work / "steps" / file).read_text()) for file in ("score.json", "roots_score.json"))
     f1 = lambda score: next(at["f1"] for at in score["at"] if at["tolerance_mm"] == 1.0)

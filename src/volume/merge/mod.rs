@@ -95,7 +95,7 @@ impl Default for Merge {
         Self {
             estimator: Estimator::LowMean,
             metric: Metric::Rgb,
-            quantile: 0.25,
+            quantile: 0.2,
             tolerance: 1e-3,
             max_steps: 200,
             min_views: 3,
